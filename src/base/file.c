@@ -1,0 +1,240 @@
+// See file.h.
+
+#include "base/file.h"
+
+#include "base/mem.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static bool read_all(int fd, FileBytes *out, size_t size, const char *path, Err *err)
+{
+  uint8_t *data = mem_alloc(size + 1, 1);
+  if (!data) return err_memory(err, path, size);
+  size_t got = 0;
+  while (got < size) {
+    const ssize_t n = read(fd, data + got, size - got);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      err_set(err, ERR_NOT_FOUND, "cannot read \"%s\": %s", path, strerror(errno));
+      mem_free(data);
+      return false;
+    }
+    if (n == 0) break;
+    got += (size_t)n;
+  }
+  data[got] = 0;
+  *out = (FileBytes){.data = data, .size = got, .map = data};
+  return true;
+}
+
+bool file_read(FileBytes *out, const char *path, Err *err)
+{
+  enum { MAP_FROM = 1 << 16 };
+  *out = (FileBytes){0};
+  // O_NONBLOCK: opening a named pipe must not wait for a writer that never comes.
+  const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0)
+    return err_set(err, ERR_NOT_FOUND, "cannot open \"%s\": %s", path,
+                   errno == ENOENT ? "there is no such file; check the name and the folder" : strerror(errno));
+  bool ok = false;
+  struct stat st;
+  if (fstat(fd, &st)) {
+    err_set(err, ERR_NOT_FOUND, "cannot read \"%s\": %s", path, strerror(errno));
+  } else if (S_ISDIR(st.st_mode)) {
+    err_set(err, ERR_NOT_FOUND, "\"%s\" is a folder; name a file in it", path);
+  } else if (!S_ISREG(st.st_mode)) {
+    err_set(err, ERR_NOT_FOUND, "\"%s\" is not a regular file; save the data to a file first", path);
+  } else {
+    const size_t size = (size_t)st.st_size, page = (size_t)sysconf(_SC_PAGESIZE);
+    // A mapping whose last page is full has no zero byte after it, so such files are read.
+    if (size >= MAP_FROM && size % page) {
+      void *map = mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0);
+      if (map != MAP_FAILED) {
+        *out = (FileBytes){.data = map, .size = size, .map = map, .map_size = size};
+        ok = true;
+      }
+    }
+    ok = ok || read_all(fd, out, size, path, err);
+  }
+  close(fd);
+  return ok;
+}
+
+void file_release(FileBytes *f)
+{
+  if (f->map_size) munmap(f->map, f->map_size);
+  else mem_free(f->map);
+  *f = (FileBytes){0};
+}
+
+static bool write_error(Err *err, const char *path, int why)
+{
+  return err_set(err, ERR_IO, "cannot write \"%s\": %s%s", path, strerror(why),
+                 why == ENOSPC   ? "; free some space or write to another disk"
+                 : why == EACCES ? "; choose a folder you may write to"
+                 : why == ENOENT ? "; create the folder first"
+                                 : "");
+}
+
+bool file_begin(FileOut *f, const char *path, Err *err)
+{
+  *f = (FileOut){0};
+  struct stat st;
+  if (!stat(path, &st) && !S_ISREG(st.st_mode))
+    return err_set(err, ERR_IO, "cannot write \"%s\": it is %s, not a file", path,
+                   S_ISDIR(st.st_mode) ? "a folder" : "a device or pipe");
+  // A symbolic link is followed: the file it points to is replaced, the link stays.
+  char real[PATH_MAX];
+  const char *target = realpath(path, real) ? real : path;
+  const size_t n = strlen(target) + 1;
+  f->path = mem_alloc(n, 1);
+  f->temp = mem_alloc(n + 16, 1);
+  int fd = -1;
+  if (!f->path || !f->temp) {
+    err_memory(err, path, 2 * n);
+    goto failed;
+  }
+  memcpy(f->path, target, n);
+  snprintf(f->temp, n + 16, "%s.XXXXXX", target);
+  fd = mkostemp(f->temp, O_CLOEXEC);
+  if (fd < 0) {
+    write_error(err, path, errno);
+    mem_free(f->temp);
+    f->temp = NULL; // nothing to remove
+    goto failed;
+  }
+  const mode_t mask = umask(0);
+  umask(mask);
+  (void)fchmod(fd, 0666 & ~mask);
+  f->stream = fdopen(fd, "w+b");
+  if (!f->stream) {
+    write_error(err, path, errno);
+    close(fd);
+    goto failed;
+  }
+  return true;
+failed:
+  file_finish(f);
+  return false;
+}
+
+bool file_write(FileOut *f, const void *data, size_t size, Err *err)
+{
+  return fwrite(data, 1, size, f->stream) == size || write_error(err, f->path, errno);
+}
+
+// The rename is only durable once the folder is, too.
+static void sync_folder(const char *path)
+{
+  Text folder = {0};
+  path_folder(&folder, path);
+  const int fd = open(text_get(&folder), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd >= 0) {
+    (void)fsync(fd);
+    close(fd);
+  }
+  text_finish(&folder);
+}
+
+bool file_commit(FileOut *f, Err *err)
+{
+  errno = 0;
+  bool ok = !ferror(f->stream) && !fflush(f->stream) && !fsync(fileno(f->stream));
+  const int why = errno ? errno : EIO;
+  if (fclose(f->stream)) ok = false;
+  f->stream = NULL;
+  if (!ok) return write_error(err, f->path, why);
+  if (rename(f->temp, f->path)) return write_error(err, f->path, errno);
+  mem_free(f->temp);
+  f->temp = NULL;
+  sync_folder(f->path);
+  return true;
+}
+
+void file_finish(FileOut *f)
+{
+  if (f->stream) fclose(f->stream);
+  if (f->temp) unlink(f->temp);
+  mem_free(f->path);
+  mem_free(f->temp);
+  *f = (FileOut){0};
+}
+
+bool file_write_whole(const char *path, const void *data, size_t size, Err *err)
+{
+  FileOut f;
+  const bool ok = file_begin(&f, path, err) && file_write(&f, data, size, err) && file_commit(&f, err);
+  file_finish(&f);
+  return ok;
+}
+
+void path_folder(Text *out, const char *path)
+{
+  text_clear(out);
+  const size_t n = (size_t)(path_base(path) - path);
+  if (n == 0) text_add(out, ".");
+  else if (n == 1) text_add(out, "/");
+  else text_add_n(out, path, n - 1);
+}
+
+static bool is_inside(const char *root, const char *path)
+{
+  char real_root[PATH_MAX], real_path[PATH_MAX];
+  if (!realpath(root, real_root)) return false;
+  if (!realpath(path, real_path)) return true; // a missing file is reported as missing by whoever opens it
+  const size_t n = strlen(real_root);
+  return !strcmp(real_root, "/") || (!strncmp(real_root, real_path, n) && (real_path[n] == '/' || !real_path[n]));
+}
+
+// Whether a name climbs out by itself; needed for files that do not exist, where realpath() says nothing.
+static bool climbs_out(const char *name)
+{
+  int depth = 0;
+  for (const char *p = name; *p;) {
+    const size_t n = strcspn(p, "/");
+    if (n == 2 && !memcmp(p, "..", 2)) depth--;
+    else if (n && !(n == 1 && *p == '.')) depth++;
+    if (depth < 0) return true;
+    p += n + (p[n] == '/');
+  }
+  return false;
+}
+
+bool path_resolve(Text *out, const char *owner_path, const char *name, const char *root, bool allow_outside,
+                  Err *err)
+{
+  text_clear(out);
+  Text folder = {0}, clean = {0};
+  path_folder(&folder, owner_path);
+  text_add(&clean, "%s", name);
+  for (char *p = clean.data; p && *p; p++)
+    if (*p == '\\') *p = '/';
+  const char *file = text_get(&clean), *root_folder = root ? root : text_get(&folder);
+  if (file[0] == '/' || text_equal(text_get(&folder), ".")) text_add(out, "%s", file);
+  else text_add(out, "%s/%s", text_get(&folder), file);
+  bool ok = true;
+  if (!file[0]) {
+    ok = err_set(err, ERR_BAD_SCENE, "a file name is empty");
+  } else if (out->failed || folder.failed || clean.failed || out->length >= PATH_MAX) {
+    ok = err_set(err, ERR_BAD_SCENE, "a file name is too long (%zu bytes)", strlen(name));
+  } else if (!allow_outside) {
+    struct stat st;
+    const bool exists = !stat(text_get(out), &st);
+    const bool inside = exists ? is_inside(root_folder, text_get(out)) : file[0] != '/' && (root || !climbs_out(file));
+    if (!inside)
+      ok = err_set(err, ERR_BAD_SCENE,
+                   "\"%s\" lies outside the scene's folder \"%s\"; move it inside, or allow it with "
+                   "--allow-outside if you trust this scene",
+                   name, root_folder);
+  }
+  text_finish(&folder);
+  text_finish(&clean);
+  return ok;
+}

@@ -1,0 +1,408 @@
+// Scene: the editable description. Plain structs that name each other by index; names, ranges and defaults come
+// from the field tables below. It knows nothing of trees, films or threads: world/ makes it ready to render.
+//
+//   Scene
+//     render, develop, sky, camera     one each
+//     cameras[] textures[] materials[] objects[] lights[]
+//     models[]   files that objects refer to, each a Scene of its own, loaded once
+//     meshes[]   bulk geometry, immutable and counted, shared with worlds
+//
+// Units: metres, seconds, watts; degrees here, radians in rooms above.
+
+#ifndef RAYFOLD_SCENE_SCENE_H
+#define RAYFOLD_SCENE_SCENE_H
+
+#include "base/arena.h"
+#include "base/array.h"
+#include "base/err.h"
+#include "base/notes.h"
+#include "base/vec.h"
+#include "scene/field.h"
+
+#include <stdatomic.h>
+
+// --- settings -----------------------------------------------------------------------------------
+#define RENDER_FIELDS(F)                                                                                            \
+  F(choice,  integrator, 0, 0, 0, "path|normal|depth|albedo|uv|id|bary|cost", "What a pixel shows: light, or a debug view.") \
+  F(size,    size, (1280, 720), 1, 32768, "px", "Width and height of the picture.")                                 \
+  F(integer, spp, 64, 1, 524288, "", "Samples a pixel.")                                                            \
+  F(integer, max_depth, 8, 0, 255, "", "Most bounces of a path; 0 shows emitted light only, 1 direct light.")       \
+  F(integer, seed, 1, 0, 2147483647, "", "Same seed, same picture.")                                                \
+  F(integer, roulette_depth, 3, 0, 255, "", "Bounces before Russian roulette may end a path.")                      \
+  F(choice,  filter, 1, 0, 0, "box|blackman_harris|gaussian", "Shape of the pixel reconstruction filter.")          \
+  F(real,    filter_width, 0, 0, 16, "px", "Full width of the filter; 0 takes 1 for box, 3 for the others.")        \
+  F(real,    clamp, 0, 0, NO_LIMIT, "", "Largest radiance a bounce may bring to a pixel; 0 is off and unbiased.")   \
+  F(flag,    transparent, 0, 0, 1, "", "Leave the sky out of the picture's alpha, for compositing.")
+FIELD_STRUCT(RenderSettings, RENDER_FIELDS);
+typedef enum { INTEGRATOR_PATH, INTEGRATOR_NORMAL, INTEGRATOR_DEPTH, INTEGRATOR_ALBEDO, INTEGRATOR_UV,
+               INTEGRATOR_ID, INTEGRATOR_BARY, INTEGRATOR_COST } Integrator;
+typedef enum { FILTER_BOX, FILTER_BLACKMAN_HARRIS, FILTER_GAUSSIAN } FilterKind;
+
+#define DEVELOP_FIELDS(F)                                                                                         \
+  F(real,   exposure, 0, -32, 32, "stops", "Brightness: each stop doubles it.")                                   \
+  F(choice, tone_curve, 1, 0, 0, "linear|filmic|agx|neutral", "From scene light to the screen: sRGB clipped, an ACES fit, AgX, or Khronos PBR Neutral.") \
+  F(real,   gamma, 1, 0.1, 10, "", "Extra power on top of the curve; above 1 lifts dark parts.")
+FIELD_STRUCT(DevelopSettings, DEVELOP_FIELDS);
+typedef enum { TONE_LINEAR, TONE_FILMIC, TONE_AGX, TONE_NEUTRAL } ToneCurve;
+
+// --- cameras ------------------------------------------------------------------------------------
+#define CAMERA_FIELDS(F)                                                                     \
+  F(vec3, position, (0, 1, 4), -NO_LIMIT, NO_LIMIT, "m", "Where the eye is.")                \
+  F(vec3, target, (0, 1, 0), -NO_LIMIT, NO_LIMIT, "m", "The point it looks at.")             \
+  F(vec3, up, (0, 1, 0), -NO_LIMIT, NO_LIMIT, "", "The direction that is up in the picture.")
+FIELD_STRUCT(CameraCommon, CAMERA_FIELDS);
+
+#define PERSPECTIVE_FIELDS(F)                                                                                    \
+  F(real,    fov, 45, 0.01, 179, "deg", "Vertical field of view.")                                               \
+  F(real,    aperture, 0, 0, 1000, "m", "Radius of the lens; 0 is a pinhole with everything sharp.")             \
+  F(real,    focus, 0, 0, NO_LIMIT, "m", "Distance of the sharp plane; 0 is the distance to the target.")        \
+  F(integer, blades, 0, 0, 16, "", "Blades of the aperture; under 3 it is round.")
+#define ORTHOGRAPHIC_FIELDS(F) \
+  F(real, height, 2, 1e-6, NO_LIMIT, "m", "Height of the picture in the scene.")
+#define PANORAMIC_FIELDS(F) \
+  F(real, span, 360, 1, 360, "deg", "Horizontal angle shown; 360 is the whole sphere, as a sky image has it.")
+FIELD_STRUCT(Perspective, PERSPECTIVE_FIELDS);
+FIELD_STRUCT(Orthographic, ORTHOGRAPHIC_FIELDS);
+FIELD_STRUCT(Panoramic, PANORAMIC_FIELDS);
+
+typedef enum CameraKind { CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMIC } CameraKind;
+typedef struct Camera {
+  const char *name; // in "cameras"; NULL for "camera"
+  int32_t kind;     // CameraKind
+  CameraCommon common;
+  union {
+    Perspective perspective;
+    Orthographic orthographic;
+    Panoramic panoramic;
+  };
+} Camera;
+
+// --- sky ----------------------------------------------------------------------------------------
+#define SKY_CONSTANT_FIELDS(F)                                                            \
+  F(color, color, (0, 0, 0), 0, NO_LIMIT, "W/m2sr", "Radiance from every direction.")     \
+  F(real,  gain, 1, 0, NO_LIMIT, "", "Multiplies the colour.")
+#define SKY_GRADIENT_FIELDS(F)                                                            \
+  F(color, zenith, (0.25, 0.45, 0.9), 0, NO_LIMIT, "W/m2sr", "Radiance straight up.")     \
+  F(color, horizon, (0.9, 0.95, 1), 0, NO_LIMIT, "W/m2sr", "Radiance at the horizon.")    \
+  F(color, ground, (0.3, 0.28, 0.25), 0, NO_LIMIT, "W/m2sr", "Radiance straight down.")   \
+  F(real,  gain, 1, 0, NO_LIMIT, "", "Multiplies all three.")
+#define SKY_IMAGE_FIELDS(F)                                                                                          \
+  F(file,  file, NULL, 0, 0, "", "An equirectangular picture, twice as wide as high; its centre is at -z.")          \
+  F(real,  rotation, 0, -360, 360, "deg", "Turns the sky about the y axis, counter-clockwise seen from above.")      \
+  F(real,  gain, 1, 0, NO_LIMIT, "", "Multiplies the picture.")
+FIELD_STRUCT(SkyConstant, SKY_CONSTANT_FIELDS);
+FIELD_STRUCT(SkyGradient, SKY_GRADIENT_FIELDS);
+FIELD_STRUCT(SkyImage, SKY_IMAGE_FIELDS);
+
+typedef enum SkyKind { SKY_CONSTANT, SKY_GRADIENT, SKY_IMAGE } SkyKind;
+typedef struct Sky {
+  int32_t kind; // SkyKind
+  union {
+    SkyConstant constant;
+    SkyGradient gradient;
+    SkyImage image;
+  };
+} Sky;
+
+// --- textures -----------------------------------------------------------------------------------
+#define TEXTURE_FIELDS(F)                                                                                     \
+  F(vec2,    offset, (0, 0), -NO_LIMIT, NO_LIMIT, "", "Added to uv, after scale and rotation (KHR_texture_transform).") \
+  F(vec2,    scale, (1, 1), -NO_LIMIT, NO_LIMIT, "", "Multiplies uv first: 2 shows the picture twice.")       \
+  F(real,    rotation, 0, -NO_LIMIT, NO_LIMIT, "deg", "Turns uv, counter-clockwise.")                         \
+  F(integer, texcoord, 0, 0, 1, "", "Which set of texture coordinates of the mesh.")
+FIELD_STRUCT(TextureCommon, TEXTURE_FIELDS);
+
+#define TEXTURE_IMAGE_FIELDS(F)                                                                                     \
+  F(file,   file, NULL, 0, 0, "", "PNG, JPEG, HDR, EXR or WebP. v runs up: the picture's bottom row is at v = 0.")   \
+  F(choice, encoding, 0, 0, 0, "auto|srgb|linear", "How 8 and 16 bit values are stored; auto goes by use: colours sRGB, data linear.") \
+  F(choice, wrap_u, 0, 0, 0, "repeat|clamp|mirror", "What lies beyond the left and right edges.")                   \
+  F(choice, wrap_v, 0, 0, 0, "repeat|clamp|mirror", "What lies beyond the top and bottom edges.")                   \
+  F(choice, filter, 0, 0, 0, "linear|nearest", "How texels are mixed.")                                             \
+  F(color,  gain, (1, 1, 1), 0, NO_LIMIT, "", "Multiplies the picture's channels.")                                 \
+  F(color,  bias, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "", "Added after the gain.")
+#define TEXTURE_CHECKER_FIELDS(F)                                                  \
+  F(color, color_a, (0.8, 0.8, 0.8), 0, NO_LIMIT, "", "One colour.")               \
+  F(color, color_b, (0.2, 0.2, 0.2), 0, NO_LIMIT, "", "The other; a field is half of uv wide.")
+FIELD_STRUCT(TextureImage, TEXTURE_IMAGE_FIELDS);
+FIELD_STRUCT(TextureChecker, TEXTURE_CHECKER_FIELDS);
+typedef enum { ENCODING_AUTO, ENCODING_SRGB, ENCODING_LINEAR } Encoding;
+typedef enum { WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR } Wrap;
+typedef enum { TEXEL_LINEAR, TEXEL_NEAREST } TexelFilter;
+
+typedef enum TextureKind { TEXTURE_IMAGE, TEXTURE_CHECKER } TextureKind;
+typedef struct Texture {
+  const char *name;
+  int32_t kind; // TextureKind
+  TextureCommon common;
+  union {
+    TextureImage image;
+    TextureChecker checker;
+  };
+  // An image inside a model file (GLB, data URI): its encoded bytes, owned by the scene's arena; file is then NULL.
+  const uint8_t *embedded;
+  size_t embedded_size;
+} Texture;
+
+// --- materials ----------------------------------------------------------------------------------
+#define PBR_FIELDS(F)                                                                                               \
+  F(color,   base_color, (0.8, 0.8, 0.8), 0, 1, "", "Albedo of dielectrics, reflectance of metals.")               \
+  F(texture, base_color_texture, -1, 0, 0, "", "Multiplies base_color (rgb) and opacity (alpha).")                  \
+  F(real,    opacity, 1, 0, 1, "", "Coverage, used by alpha_mode mask and blend.")                                  \
+  F(texture, opacity_texture, -1, 0, 0, "", "Multiplies opacity; its red channel.")                                 \
+  F(choice,  alpha_mode, 0, 0, 0, "opaque|mask|blend", "Ignore opacity, cut at alpha_cutoff, or let light through in part.") \
+  F(real,    alpha_cutoff, 0.5, 0, 1, "", "Below it a masked surface is a hole.")                                   \
+  F(real,    metallic, 0, 0, 1, "", "0 a dielectric, 1 a metal.")                                                   \
+  F(texture, metallic_texture, -1, 0, 0, "", "Multiplies metallic.")                                                \
+  F(choice,  metallic_channel, 2, 0, 0, "r|g|b|a", "The channel of metallic_texture that counts.")                  \
+  F(real,    roughness, 0.5, 0, 1, "", "0 is polished; GGX width alpha is its square.")                             \
+  F(texture, roughness_texture, -1, 0, 0, "", "Multiplies roughness.")                                              \
+  F(choice,  roughness_channel, 1, 0, 0, "r|g|b|a", "The channel of roughness_texture that counts.")                \
+  F(texture, normal_texture, -1, 0, 0, "", "Tangent-space normals, 0..1 stands for -1..1, green up.")               \
+  F(real,    normal_scale, 1, -16, 16, "", "Strength of the normal texture.")                                       \
+  F(color,   emissive, (0, 0, 0), 0, NO_LIMIT, "", "Emitted colour; radiance is this times emissive_strength.")     \
+  F(texture, emissive_texture, -1, 0, 0, "", "Multiplies emissive.")                                                \
+  F(real,    emissive_strength, 1, 0, NO_LIMIT, "W/m2sr", "Multiplies emissive.")                                   \
+  F(real,    ior, 1.5, 1, 5, "", "Index of refraction of the dielectric.")                                          \
+  F(real,    specular, 1, 0, 1, "", "Strength of the dielectric reflection (KHR_materials_specular).")              \
+  F(texture, specular_texture, -1, 0, 0, "", "Multiplies specular; its alpha channel.")                             \
+  F(color,   specular_color, (1, 1, 1), 0, NO_LIMIT, "", "Tints the dielectric reflection at normal incidence.")    \
+  F(texture, specular_color_texture, -1, 0, 0, "", "Multiplies specular_color.")                                    \
+  F(real,    transmission, 0, 0, 1, "", "Part of the base that lets light through instead of scattering it.")       \
+  F(texture, transmission_texture, -1, 0, 0, "", "Multiplies transmission; its red channel.")                       \
+  F(flag,    thin_walled, 0, 0, 1, "", "A sheet without inside: light passes straight on.")                         \
+  F(color,   attenuation_color, (1, 1, 1), 0, 1, "", "What is left of white light after attenuation_distance inside.") \
+  F(real,    attenuation_distance, 0, 0, NO_LIMIT, "m", "0 is clear.")                                              \
+  F(real,    clearcoat, 0, 0, 1, "", "A second, clear layer on top (ior 1.5).")                                     \
+  F(texture, clearcoat_texture, -1, 0, 0, "", "Multiplies clearcoat; its red channel.")                             \
+  F(real,    clearcoat_roughness, 0, 0, 1, "", "Roughness of that layer.")                                          \
+  F(texture, clearcoat_roughness_texture, -1, 0, 0, "", "Multiplies clearcoat_roughness; its green channel.")       \
+  F(flag,    double_sided, 1, 0, 1, "", "False: seen from behind the surface is not there.")
+#define LAMBERT_FIELDS(F)                                                              \
+  F(color,   albedo, (0.8, 0.8, 0.8), 0, 1, "", "Part of the light that is scattered.") \
+  F(texture, albedo_texture, -1, 0, 0, "", "Multiplies albedo.")
+#define MIRROR_FIELDS(F) \
+  F(color, color, (0.95, 0.95, 0.95), 0, 1, "", "Reflectance.")
+#define GLASS_FIELDS(F)                                                                                          \
+  F(color, color, (1, 1, 1), 0, 1, "", "Multiplies what passes the surface.")                                    \
+  F(real,  ior, 1.5, 1, 5, "", "Index of refraction.")                                                           \
+  F(real,  roughness, 0, 0, 1, "", "0 is polished.")                                                             \
+  F(color, attenuation_color, (1, 1, 1), 0, 1, "", "What is left of white light after attenuation_distance.")    \
+  F(real,  attenuation_distance, 0, 0, NO_LIMIT, "m", "0 is clear.")
+#define EMISSION_FIELDS(F)                                                                                 \
+  F(color,   color, (1, 1, 1), 0, NO_LIMIT, "", "Emitted colour; radiance is this times strength.")        \
+  F(texture, color_texture, -1, 0, 0, "", "Multiplies color.")                                             \
+  F(real,    strength, 1, 0, NO_LIMIT, "W/m2sr", "Multiplies color.")                                      \
+  F(flag,    double_sided, 0, 0, 1, "", "Shine from the back, too.")                                       \
+  F(flag,    lights_others, 1, 0, 1, "", "False: seen, but no light source (KHR_materials_unlit).")
+FIELD_STRUCT(Pbr, PBR_FIELDS);
+FIELD_STRUCT(Lambert, LAMBERT_FIELDS);
+FIELD_STRUCT(Mirror, MIRROR_FIELDS);
+FIELD_STRUCT(Glass, GLASS_FIELDS);
+FIELD_STRUCT(Emission, EMISSION_FIELDS);
+typedef enum { ALPHA_OPAQUE, ALPHA_MASK, ALPHA_BLEND } AlphaMode;
+
+typedef enum MaterialKind { MATERIAL_PBR, MATERIAL_LAMBERT, MATERIAL_MIRROR, MATERIAL_GLASS,
+                            MATERIAL_EMISSION } MaterialKind;
+typedef struct Material {
+  const char *name;
+  int32_t kind; // MaterialKind
+  union {
+    Pbr pbr;
+    Lambert lambert;
+    Mirror mirror;
+    Glass glass;
+    Emission emission;
+  };
+} Material;
+
+// --- meshes: bulk data --------------------------------------------------------------------------
+// Immutable once it is in a scene; counted, so that scenes and worlds share it. All arrays owned (mem_alloc),
+// any but positions and triangles may be NULL.
+typedef struct MeshData {
+  atomic_int users;
+  size_t vertex_count, triangle_count;
+  float *positions;           // 3 a vertex
+  float *normals;             // 3 a vertex, unit
+  float *texcoords[2];        // 2 a vertex; v runs up
+  float *colors;              // 4 a vertex, linear; multiplies the base colour and opacity
+  float *tangents;            // 4 a vertex: unit tangent and the bitangent's sign
+  uint32_t *triangles;        // 3 vertex indices a triangle, counter-clockwise seen from outside
+  uint16_t *material_slots;   // one a triangle: index into the Mesh's slots; NULL: all slot 0
+} MeshData;
+
+MeshData *mesh_data_create(void); // users = 1, empty; NULL when memory is out
+MeshData *mesh_data_share(MeshData *m);
+void mesh_data_release(MeshData *m); // accepts NULL; frees at the last user
+// Indices in range, finite positions; reports the first fault with its place. Drops normals that are not finite.
+bool mesh_data_check(MeshData *m, const char *name, Notes *notes, Err *err);
+
+typedef struct Mesh {
+  const char *name;
+  MeshData *data;       // shared
+  int32_t *slots;       // slot -> material index of the same scene, -1: the default material; in the arena
+  size_t slot_count;    // may be 0
+} Mesh;
+
+// --- objects ------------------------------------------------------------------------------------
+#define OBJECT_FIELDS(F)                                                                                            \
+  F(material, material, -1, 0, 0, "", "Overrides the materials of the shape's file; none: a grey pbr, or the file's own.") \
+  F(vec3,   translate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "Moved by this, last.")                                 \
+  F(vec3,   rotate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "deg", "Turned about x, then y, then z, after scaling.")        \
+  F(vec3,   scale, (1, 1, 1), -NO_LIMIT, NO_LIMIT, "", "Sized first.")                                              \
+  F(matrix, matrix, 0, -NO_LIMIT, NO_LIMIT, "", "The whole map, 16 numbers, column by column; then the three above must be absent.") \
+  F(flag,   visible_to_camera, 1, 0, 1, "", "False: only in reflections and shadows.")                              \
+  F(flag,   casts_shadow, 1, 0, 1, "", "False: light passes it on the way to a surface.")
+FIELD_STRUCT(ObjectCommon, OBJECT_FIELDS);
+
+#define SHAPE_MESH_FIELDS(F) \
+  F(file, file, NULL, 0, 0, "", "A model (obj, gltf, glb, ply, stl) or another scene (json), placed as a whole.")
+#define SHAPE_SPHERE_FIELDS(F) \
+  F(real, radius, 1, 1e-6, NO_LIMIT, "m", "Its centre is the origin.")
+#define SHAPE_QUAD_FIELDS(F) \
+  F(vec2, size, (1, 1), 1e-6, NO_LIMIT, "m", "Extent along x and y; centred, facing +z.")
+#define SHAPE_DISK_FIELDS(F) \
+  F(real, radius, 1, 1e-6, NO_LIMIT, "m", "Centred, facing +z.")
+#define SHAPE_BOX_FIELDS(F) \
+  F(vec3, size, (1, 1, 1), 1e-6, NO_LIMIT, "m", "Extent along x, y and z; centred.")
+FIELD_STRUCT(ShapeMesh, SHAPE_MESH_FIELDS);
+FIELD_STRUCT(ShapeSphere, SHAPE_SPHERE_FIELDS);
+FIELD_STRUCT(ShapeQuad, SHAPE_QUAD_FIELDS);
+FIELD_STRUCT(ShapeDisk, SHAPE_DISK_FIELDS);
+FIELD_STRUCT(ShapeBox, SHAPE_BOX_FIELDS);
+
+typedef enum ShapeKind { SHAPE_MESH, SHAPE_SPHERE, SHAPE_QUAD, SHAPE_DISK, SHAPE_BOX } ShapeKind;
+typedef struct Shape {
+  int32_t kind; // ShapeKind
+  union {
+    ShapeMesh mesh;
+    ShapeSphere sphere;
+    ShapeQuad quad;
+    ShapeDisk disk;
+    ShapeBox box;
+  };
+  int32_t mesh_i;  // of SHAPE_MESH: index into scene.meshes for data given inline, by call or by an importer; else -1
+  int32_t model_i; // of SHAPE_MESH: index into scene.models for a file; else -1
+} Shape;
+
+typedef struct Object {
+  const char *name; // may be NULL
+  ObjectCommon common;
+  Shape shape;
+} Object;
+
+// --- lights -------------------------------------------------------------------------------------
+#define LIGHT_POINT_FIELDS(F)                                                              \
+  F(vec3,  position, (0, 3, 0), -NO_LIMIT, NO_LIMIT, "m", "Where it is.")                  \
+  F(color, intensity, (10, 10, 10), 0, NO_LIMIT, "W/sr", "Radiant intensity.")
+#define LIGHT_SPOT_FIELDS(F)                                                               \
+  F(vec3,  position, (0, 3, 0), -NO_LIMIT, NO_LIMIT, "m", "Where it is.")                  \
+  F(vec3,  target, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "The point it is aimed at.")       \
+  F(color, intensity, (10, 10, 10), 0, NO_LIMIT, "W/sr", "Radiant intensity in the middle.") \
+  F(real,  angle, 45, 0.01, 90, "deg", "From the middle of the cone to its edge.")         \
+  F(real,  inner_angle, 0, 0, 90, "deg", "From the middle to where it begins to fade.")
+#define LIGHT_SUN_FIELDS(F)                                                                         \
+  F(vec3,  direction, (0, 1, 0), -NO_LIMIT, NO_LIMIT, "", "From the scene to the sun.")             \
+  F(color, irradiance, (3, 3, 3), 0, NO_LIMIT, "W/m2", "On a surface that faces it.")               \
+  F(real,  angle, 0.53, 0, 180, "deg", "Diameter of its disk; 0 gives hard shadows.")
+#define LIGHT_RECT_FIELDS(F)                                                               \
+  F(vec3,  position, (0, 3, 0), -NO_LIMIT, NO_LIMIT, "m", "Its centre.")                   \
+  F(vec3,  target, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "The point it faces.")             \
+  F(vec2,  size, (1, 1), 1e-6, NO_LIMIT, "m", "Width and height.")                         \
+  F(color, radiance, (10, 10, 10), 0, NO_LIMIT, "W/m2sr", "Emitted on its front.")         \
+  F(flag,  visible_to_camera, 1, 0, 1, "", "False: lit by, but not seen.")
+#define LIGHT_DISK_FIELDS(F)                                                               \
+  F(vec3,  position, (0, 3, 0), -NO_LIMIT, NO_LIMIT, "m", "Its centre.")                   \
+  F(vec3,  target, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "The point it faces.")             \
+  F(real,  radius, 0.5, 1e-6, NO_LIMIT, "m", "Its radius.")                                \
+  F(color, radiance, (10, 10, 10), 0, NO_LIMIT, "W/m2sr", "Emitted on its front.")         \
+  F(flag,  visible_to_camera, 1, 0, 1, "", "False: lit by, but not seen.")
+#define LIGHT_SPHERE_FIELDS(F)                                                             \
+  F(vec3,  position, (0, 3, 0), -NO_LIMIT, NO_LIMIT, "m", "Its centre.")                   \
+  F(real,  radius, 0.25, 1e-6, NO_LIMIT, "m", "Its radius.")                               \
+  F(color, radiance, (10, 10, 10), 0, NO_LIMIT, "W/m2sr", "Emitted everywhere on it.")     \
+  F(flag,  visible_to_camera, 1, 0, 1, "", "False: lit by, but not seen.")
+FIELD_STRUCT(LightPoint, LIGHT_POINT_FIELDS);
+FIELD_STRUCT(LightSpot, LIGHT_SPOT_FIELDS);
+FIELD_STRUCT(LightSun, LIGHT_SUN_FIELDS);
+FIELD_STRUCT(LightRect, LIGHT_RECT_FIELDS);
+FIELD_STRUCT(LightDisk, LIGHT_DISK_FIELDS);
+FIELD_STRUCT(LightSphere, LIGHT_SPHERE_FIELDS);
+
+typedef enum LightKind { LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, LIGHT_RECT, LIGHT_DISK, LIGHT_SPHERE } LightKind;
+typedef struct Light {
+  const char *name; // may be NULL
+  int32_t kind;     // LightKind
+  union {
+    LightPoint point;
+    LightSpot spot;
+    LightSun sun;
+    LightRect rect;
+    LightDisk disk;
+    LightSphere sphere;
+  };
+} Light;
+
+// --- the scene ----------------------------------------------------------------------------------
+typedef struct Scene Scene;
+typedef struct Model { // a file that objects refer to
+  const char *file;    // resolved path
+  Scene *scene;        // owned
+} Model;
+
+struct Scene {
+  Arena arena;         // owns all texts and slots
+  const char *path;    // the file it came from; NULL if made by calls
+  RenderSettings render;
+  DevelopSettings develop;
+  Sky sky;
+  bool has_sky, has_camera; // given, not defaulted
+  Camera camera;
+  ARRAY(Camera) cameras;
+  ARRAY(Texture) textures;
+  ARRAY(Material) materials;
+  ARRAY(Mesh) meshes;
+  ARRAY(Model) models;
+  ARRAY(Object) objects;
+  ARRAY(Light) lights;
+  Notes notes;         // what was ignored or repaired while loading
+};
+
+Scene *scene_create(Err *err); // defaults everywhere
+void scene_destroy(Scene *s);  // accepts NULL
+
+// Each appends one with all defaults of its kind and returns its index, or -1 when memory is out.
+// Names are copied; NULL is allowed for objects and lights. A taken name gets a number: "wood", "wood.2", ...
+int32_t scene_add_texture(Scene *s, TextureKind kind, const char *name);
+int32_t scene_add_material(Scene *s, MaterialKind kind, const char *name);
+int32_t scene_add_object(Scene *s, ShapeKind kind, const char *name);
+int32_t scene_add_light(Scene *s, LightKind kind, const char *name);
+int32_t scene_add_camera(Scene *s, CameraKind kind, const char *name);
+// Takes over one use of data. slots are set by the caller afterwards.
+int32_t scene_add_mesh(Scene *s, const char *name, MeshData *data);
+
+int32_t scene_find_texture(const Scene *s, const char *name); // -1: none of that name
+int32_t scene_find_material(const Scene *s, const char *name);
+
+// The object's map to its parent, from matrix or from scale, rotate, translate.
+Frame object_frame(const ObjectCommon *o);
+
+// How files are opened while loading.
+typedef struct LoadOptions {
+  bool allow_outside; // let files name files outside the folder of the main file
+  const char *root;   // that folder; NULL: the folder of the file being loaded
+  int depth;          // nesting of scenes in scenes, private
+  const char *const *open_files; // the chain of files being loaded, `depth` of them, private
+} LoadOptions;
+
+// Loads any scene or model by its extension (or its first bytes where that is missing). A model becomes a scene
+// with its own objects, materials, lights and cameras; has_camera and has_sky stay false if it has none.
+Scene *scene_load(const char *path, const LoadOptions *options, Err *err);
+
+// The importers: each appends to an empty scene. path is for messages and for finding neighbours.
+bool import_obj(Scene *s, const char *path, const LoadOptions *options, Err *err);
+bool import_gltf(Scene *s, const char *path, const LoadOptions *options, Err *err); // .gltf and .glb
+bool import_ply(Scene *s, const char *path, const LoadOptions *options, Err *err);
+bool import_stl(Scene *s, const char *path, const LoadOptions *options, Err *err);
+bool import_json(Scene *s, const char *path, const LoadOptions *options, Err *err); // our own scene file
+
+#endif

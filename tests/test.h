@@ -1,0 +1,70 @@
+// Our own hundred lines of test framework. A test file includes this, writes TEST(name) { ... } blocks and ends
+// with TEST_MAIN. CHECK reports and goes on; the exit code is the number of failed checks (at most 100). A file
+// tests/test_NAME.c is built and registered by its name alone.
+
+#ifndef RAYFOLD_TESTS_TEST_H
+#define RAYFOLD_TESTS_TEST_H
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef void TestFunction(void);
+typedef struct TestCase {
+  const char *name;
+  TestFunction *run;
+  struct TestCase *next;
+} TestCase;
+
+static TestCase *test_first, **test_tail = &test_first;
+static int test_failures, test_checks;
+
+#define TEST(id)                                                                  \
+  static void test_##id(void);                                                    \
+  __attribute__((constructor)) static void register_##id(void)                    \
+  {                                                                               \
+    static TestCase c = {#id, test_##id, NULL};                                   \
+    *test_tail = &c;                                                              \
+    test_tail = &c.next;                                                          \
+  }                                                                               \
+  static void test_##id(void)
+
+#define CHECK(condition) CHECK_MSG(condition, "%s", "")
+
+// CHECK with a message that shows the values at fault.
+#define CHECK_MSG(condition, ...)                                                 \
+  do {                                                                            \
+    test_checks++;                                                                \
+    if (!(condition)) {                                                           \
+      test_failures++;                                                            \
+      if (test_failures <= 20) {                                                  \
+        fprintf(stderr, "%s:%d: %s is false. ", __FILE__, __LINE__, #condition);  \
+        fprintf(stderr, __VA_ARGS__);                                             \
+        fputc('\n', stderr);                                                      \
+      }                                                                           \
+    }                                                                             \
+  } while (0)
+
+#define CHECK_NEAR(a, b, tolerance)                                                                       \
+  CHECK_MSG(fabs((double)(a) - (double)(b)) <= (double)(tolerance), "%.9g against %.9g, off by %.3g", (double)(a), \
+            (double)(b), (double)(a) - (double)(b))
+
+#define CHECK_TEXT(text, part) CHECK_MSG(strstr((text), (part)), "\"%s\" lacks \"%s\"", (text), (part))
+
+// Runs all tests, or those whose names contain the first argument.
+#define TEST_MAIN                                                                                    \
+  int main(int argc, char **argv)                                                                    \
+  {                                                                                                  \
+    for (const TestCase *c = test_first; c; c = c->next) {                                           \
+      if (argc > 1 && !strstr(c->name, argv[1])) continue;                                           \
+      const int before = test_failures;                                                              \
+      c->run();                                                                                      \
+      printf("%s %s\n", test_failures == before ? "ok  " : "FAIL", c->name);                         \
+    }                                                                                                \
+    printf("%d checks, %d failed\n", test_checks, test_failures);                                    \
+    return test_checks == 0 ? 100 : test_failures < 100 ? test_failures : 100;                       \
+  }
+
+#endif
