@@ -1,0 +1,207 @@
+// See kinds.h: the tables themselves, made from the rows of scene.h.
+
+#include "scene/kinds.h"
+
+#include <string.h>
+
+#define COUNT(a) (sizeof(a) / sizeof *(a))
+
+#define FIELD_OWNER RenderSettings
+static const Field render_fields[] = {RENDER_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER DevelopSettings
+static const Field develop_fields[] = {DEVELOP_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER CameraCommon
+static const Field camera_fields[] = {CAMERA_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER Perspective
+static const Field perspective_fields[] = {PERSPECTIVE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER Orthographic
+static const Field orthographic_fields[] = {ORTHOGRAPHIC_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER Panoramic
+static const Field panoramic_fields[] = {PANORAMIC_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER SkyConstant
+static const Field sky_constant_fields[] = {SKY_CONSTANT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER SkyGradient
+static const Field sky_gradient_fields[] = {SKY_GRADIENT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER SkyImage
+static const Field sky_image_fields[] = {SKY_IMAGE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER TextureCommon
+static const Field texture_fields[] = {TEXTURE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER TextureImage
+static const Field texture_image_fields[] = {TEXTURE_IMAGE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER TextureChecker
+static const Field texture_checker_fields[] = {TEXTURE_CHECKER_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER Pbr
+static const Field pbr_fields[] = {PBR_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER Lambert
+static const Field lambert_fields[] = {LAMBERT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER Mirror
+static const Field mirror_fields[] = {MIRROR_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER Glass
+static const Field glass_fields[] = {GLASS_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER Emission
+static const Field emission_fields[] = {EMISSION_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ObjectCommon
+static const Field object_fields[] = {OBJECT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeMesh
+static const Field shape_mesh_fields[] = {SHAPE_MESH_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeSphere
+static const Field shape_sphere_fields[] = {SHAPE_SPHERE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeQuad
+static const Field shape_quad_fields[] = {SHAPE_QUAD_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeDisk
+static const Field shape_disk_fields[] = {SHAPE_DISK_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeBox
+static const Field shape_box_fields[] = {SHAPE_BOX_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER LightPoint
+static const Field light_point_fields[] = {LIGHT_POINT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER LightSpot
+static const Field light_spot_fields[] = {LIGHT_SPOT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER LightSun
+static const Field light_sun_fields[] = {LIGHT_SUN_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER LightRect
+static const Field light_rect_fields[] = {LIGHT_RECT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER LightDisk
+static const Field light_disk_fields[] = {LIGHT_DISK_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER LightSphere
+static const Field light_sphere_fields[] = {LIGHT_SPHERE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+
+#define KIND(name, fields, sentence) {name, fields, COUNT(fields), sentence}
+
+static const Kind render_kinds[] = {KIND("render", render_fields, "")};
+static const Kind develop_kinds[] = {KIND("develop", develop_fields, "")};
+static const Kind camera_kinds[] = {
+    KIND("perspective", perspective_fields, "A thin lens: near things are larger, and blurred when out of focus."),
+    KIND("orthographic", orthographic_fields, "Parallel rays: size does not depend on distance."),
+    KIND("panoramic", panoramic_fields, "All directions around the eye, as an equirectangular picture."),
+};
+static const Kind sky_kinds[] = {
+    KIND("constant", sky_constant_fields, "The same from everywhere."),
+    KIND("gradient", sky_gradient_fields, "From ground over horizon to zenith."),
+    KIND("image", sky_image_fields, "A panorama, sampled by its brightness."),
+};
+static const Kind texture_kinds[] = {
+    KIND("image", texture_image_fields, "A picture file."),
+    KIND("checker", texture_checker_fields, "Two colours in fields."),
+};
+static const Kind material_kinds[] = {
+    KIND("pbr", pbr_fields, "The metallic-roughness model of glTF 2.0 with its common extensions."),
+    KIND("lambert", lambert_fields, "Perfectly matt."),
+    KIND("mirror", mirror_fields, "Perfectly smooth metal of one reflectance."),
+    KIND("glass", glass_fields, "A clear solid with exact Fresnel reflection and refraction."),
+    KIND("emission", emission_fields, "Shines, reflects nothing."),
+};
+static const Kind object_kinds[] = {{"object", NULL, 0, ""}};
+static const Kind shape_kinds[] = {
+    KIND("mesh", shape_mesh_fields, "Triangles from a file, or given as positions, triangles, normals and texcoords."),
+    KIND("sphere", shape_sphere_fields, "An exact sphere."),
+    KIND("quad", shape_quad_fields, "A rectangle."),
+    KIND("disk", shape_disk_fields, "A flat disk."),
+    KIND("box", shape_box_fields, "A box."),
+};
+static const Kind light_kinds[] = {
+    KIND("point", light_point_fields, "A point that shines in all directions."),
+    KIND("spot", light_spot_fields, "A point that shines into a cone."),
+    KIND("sun", light_sun_fields, "Light from infinitely far, from a disk in the sky."),
+    KIND("rect", light_rect_fields, "A rectangle that shines on its front."),
+    KIND("disk", light_disk_fields, "A disk that shines on its front."),
+    KIND("sphere", light_sphere_fields, "A shining sphere."),
+};
+
+#define SINGLE(Type, name, noun, kinds, sentence) \
+  {name, noun, sizeof(Type), false, 0, 0, NULL, 0, 0, kinds, COUNT(kinds), sentence}
+
+const Group group_render = SINGLE(RenderSettings, "render", "render settings", render_kinds,
+                                  "How the picture is made.");
+const Group group_develop = SINGLE(DevelopSettings, "develop", "develop settings", develop_kinds,
+                                   "From light to the screen; float files do not see it.");
+const Group group_sky = {"sky", "sky", sizeof(Sky), true, offsetof(Sky, kind), offsetof(Sky, constant), NULL, 0, 0,
+                         sky_kinds, COUNT(sky_kinds), "What is seen where nothing is, and the light it gives."};
+const Group group_camera = {"camera", "camera", sizeof(Camera), true, offsetof(Camera, kind),
+                            offsetof(Camera, perspective), camera_fields, COUNT(camera_fields),
+                            offsetof(Camera, common), camera_kinds, COUNT(camera_kinds),
+                            "The eye. More of them, by name, stand in \"cameras\"."};
+const Group group_texture = {"textures", "texture", sizeof(Texture), true, offsetof(Texture, kind),
+                             offsetof(Texture, image), texture_fields, COUNT(texture_fields),
+                             offsetof(Texture, common), texture_kinds, COUNT(texture_kinds),
+                             "Pictures and patterns for materials, by name."};
+const Group group_material = {"materials", "material", sizeof(Material), true, offsetof(Material, kind),
+                              offsetof(Material, pbr), NULL, 0, 0, material_kinds, COUNT(material_kinds),
+                              "What surfaces are made of, by name."};
+const Group group_object = {"objects", "object", sizeof(Object), false, 0, 0, object_fields, COUNT(object_fields),
+                            offsetof(Object, common), object_kinds, COUNT(object_kinds),
+                            "A list of things: a shape, a material, a place."};
+const Group group_shape = {"shape", "shape", sizeof(Shape), true, offsetof(Shape, kind), offsetof(Shape, mesh),
+                           NULL, 0, 0, shape_kinds, COUNT(shape_kinds), "An object's form."};
+const Group group_light = {"lights", "light", sizeof(Light), true, offsetof(Light, kind), offsetof(Light, point),
+                           NULL, 0, 0, light_kinds, COUNT(light_kinds),
+                           "A list of lights; objects with an emissive material are lights, too."};
+
+void group_default(const Group *g, int32_t kind, void *object)
+{
+  memset(object, 0, g->size);
+  if (g->has_kind) *(int32_t *)((char *)object + g->kind_offset) = kind;
+  if (g->common_count) fields_default(g->common, g->common_count, (char *)object + g->common_offset);
+  const Kind *k = &g->kinds[g->has_kind ? kind : 0];
+  if (k->field_count) fields_default(k->fields, k->field_count, (char *)object + g->union_offset);
+}
+
+const Kind *group_kind(const Group *g, const void *object)
+{
+  return &g->kinds[g->has_kind ? *(const int32_t *)((const char *)object + g->kind_offset) : 0];
+}
+
+int32_t group_find_kind(const Group *g, const char *name)
+{
+  for (size_t i = 0; i < g->kind_count; i++)
+    if (!strcmp(g->kinds[i].name, name)) return (int32_t)i;
+  return -1;
+}
+
+void *group_field(const Group *g, const void *object, const Field *f, bool is_common)
+{
+  return (char *)(size_t)object + (is_common ? g->common_offset : g->union_offset) + f->offset;
+}
+
+bool choice_name(const Field *f, int32_t i, char out[40])
+{
+  const char *p = f->unit;
+  for (; i > 0; i--) {
+    p = strchr(p, '|');
+    if (!p) return false;
+    p++;
+  }
+  const size_t n = strcspn(p, "|");
+  if (n >= 40) return false;
+  memcpy(out, p, n);
+  out[n] = 0;
+  return true;
+}
