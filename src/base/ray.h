@@ -1,0 +1,51 @@
+// Ray, Hit, SurfacePoint: the words geometry, trees, materials and integrators share.
+
+#ifndef RAYFOLD_BASE_RAY_H
+#define RAYFOLD_BASE_RAY_H
+
+#include "base/vec.h"
+
+// One straight segment. d need not be unit length; t counts in lengths of d.
+typedef struct Ray {
+  Vec3 o, d;
+  float tmin, tmax; // the open interval that counts
+} Ray;
+
+// The same as it stands in files and in the public interface.
+typedef struct PackedRay {
+  float o[3], tmin, d[3], tmax;
+} PackedRay;
+_Static_assert(sizeof(PackedRay) == 32, "ray files and rf_ray have this layout");
+
+#define NO_HIT UINT32_MAX
+
+typedef struct Hit {
+  float t;
+  float u, v;         // of a triangle: weights of its second and third vertex; of a shape: its surface parameters 0..1
+  uint32_t prim;      // triangle of the mesh; 0 for shapes
+  uint32_t instance;  // NO_HIT: nothing was hit
+} Hit;
+
+// What is known of the place a ray hit, in world space. Directions are unit length.
+typedef struct SurfacePoint {
+  Vec3 p;
+  Vec3 ng;            // geometric normal, by the winding: points to the front side
+  Vec3 n;             // shading normal, on ng's side
+  Vec3 tangent;       // direction of growing u, perpendicular to n
+  float tangent_sign; // bitangent = sign * cross(n, tangent)
+  Vec2 uv[2];
+  float color[4];     // vertex colour, linear; 1 where there is none
+  bool is_back;       // the ray came from behind (against ng's side)
+  uint32_t instance, prim, material; // material: index into the world's
+} SurfacePoint;
+
+// Rays a thing can be seen by; a ray carries one bit, an instance a set of them.
+typedef enum RayMask { RAY_CAMERA = 1, RAY_SHADOW = 2, RAY_BOUNCE = 4, RAY_ALL = 7 } RayMask;
+
+// Work done, for reports and the cost view. One per worker, added up at the end.
+typedef struct RayCounters {
+  uint64_t camera_rays, bounce_rays, shadow_rays;
+  uint64_t nodes, prims; // boxes-of-eight and primitives (or blocks of them) tested
+} RayCounters;
+
+#endif
