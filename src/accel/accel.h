@@ -1,0 +1,58 @@
+// Accel: everything a ray can hit, as two levels of trees. The lower level is one MeshTree a mesh, shared by all its
+// instances and by successive worlds; the upper level is one tree over the instances' boxes. Immutable once built.
+//
+//   Accel: top tree -> Instance (map, mask) -> MeshTree: Node8 -> Tri8 blocks
+//                                           or a shape: sphere, quad, disk
+//
+// This header is the cold side (building, owning). accel/traverse.h is the hot side: closest hit and any hit.
+
+#ifndef RAYFOLD_ACCEL_ACCEL_H
+#define RAYFOLD_ACCEL_ACCEL_H
+
+#include "base/err.h"
+#include "base/jobs.h"
+#include "base/ray.h"
+
+#include <stddef.h>
+
+typedef struct MeshTree MeshTree; // counted
+
+// Builds the tree of an indexed triangle list (3 floats a vertex, 3 indices a triangle, all in range, positions
+// finite). Keeps no pointer to the arrays. Triangles of zero area are kept out: nothing can hit them. jobs may be
+// NULL. The result does not depend on the number of threads. NULL on no memory or cancel.
+MeshTree *mesh_tree_build(const float *positions, size_t vertex_count, const uint32_t *triangles,
+                          size_t triangle_count, Jobs *jobs, const Cancel *cancel, Err *err);
+MeshTree *mesh_tree_share(MeshTree *t);
+void mesh_tree_release(MeshTree *t); // accepts NULL
+size_t mesh_tree_bytes(const MeshTree *t);
+void mesh_tree_bounds(const MeshTree *t, float lo[3], float hi[3]); // lo > hi when it is empty
+
+typedef enum InstanceKind { INSTANCE_MESH, INSTANCE_SPHERE, INSTANCE_QUAD, INSTANCE_DISK } InstanceKind;
+
+// A placed shape. In object space a sphere has radius size[0] about the origin, a quad spans
+// [-size[0], size[0]] x [-size[1], size[1]] in the plane z = 0, a disk has radius size[0] there; both face +z.
+typedef struct Instance {
+  Frame world_from_object, object_from_world;
+  MeshTree *mesh;     // of INSTANCE_MESH; shared
+  float size[2];
+  uint8_t kind;       // InstanceKind
+  uint8_t mask;       // RayMask bits of the rays that see it
+  bool has_filter;    // hits must be asked about (alpha, single-sided surfaces)
+  bool is_identity;   // the map is exactly the identity: the ray need not be transformed
+} Instance;
+
+typedef struct Accel Accel;
+
+// Takes a copy of the instances and shares their meshes. Instances with a singular map hit nothing.
+Accel *accel_build(const Instance *instances, size_t count, Jobs *jobs, const Cancel *cancel, Err *err);
+void accel_destroy(Accel *a); // accepts NULL
+void accel_bounds(const Accel *a, float lo[3], float hi[3]); // of everything; lo > hi when empty
+size_t accel_bytes(const Accel *a); // upper level only
+size_t accel_instance_count(const Accel *a);
+const Instance *accel_instances(const Accel *a);
+
+// Asked for every hit on an instance with has_filter: false lets the ray pass. Must be a pure function of its
+// arguments, so that the answer does not depend on the order of traversal.
+typedef bool HitFilter(const void *user, const Ray *ray, const Hit *candidate);
+
+#endif

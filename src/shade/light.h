@@ -1,0 +1,75 @@
+// Lights: everything that can be aimed at. Emissive triangles, quads, disks and spheres are chosen by power; point
+// and spot lights with them. A sun and a sky that varies have groups of their own, each sampled at every vertex: with
+// few of them, choosing between sun and sky costs more noise than the extra shadow ray.
+//
+// This header holds the prepared data and the cold side; shade/light_sample.h is hot.
+
+#ifndef RAYFOLD_SHADE_LIGHT_H
+#define RAYFOLD_SHADE_LIGHT_H
+
+#include "base/arena.h"
+#include "base/err.h"
+#include "base/vec.h"
+#include "image/image.h"
+
+typedef enum EmitterKind {
+  EMITTER_POINT,
+  EMITTER_SPOT,
+  EMITTER_TRIANGLE,
+  EMITTER_QUAD,
+  EMITTER_DISK,
+  EMITTER_SPHERE,
+} EmitterKind;
+
+// In world space. Area emitters radiate `color` (times their texture) from the side of their normal
+// cross(x, y), or from both if is_two_sided.
+typedef struct Emitter {
+  uint8_t kind;
+  bool is_two_sided;
+  Vec3 p;          // point, spot, disk, sphere: centre; triangle: first vertex; quad: a corner
+  Vec3 x, y;       // triangle: edges from p; quad: sides from p; disk: radius vectors; spot: x is the unit axis
+  Vec3 color;      // radiance, or intensity of points and spots
+  float radius;    // sphere
+  float cos_outer, cos_inner; // spot
+  float area;      // 0 for points and spots
+  int32_t map;     // TextureMap of the radiance, -1 none
+  float uv[3][2];  // of a triangle's vertices, for its map (already the map's uv set)
+  float mean_map;  // mean luminance of the map (1 without one), for the choice by power
+} Emitter;
+
+typedef struct Sun {
+  Vec3 direction;  // unit, towards it
+  Vec3 radiance;   // of the disk; for a disk of no size: irradiance at normal incidence
+  float cos_angle; // of the disk's radius; 1: no size, a delta light
+} Sun;
+
+typedef enum SkyMapKind { SKY_MAP_CONSTANT, SKY_MAP_GRADIENT, SKY_MAP_IMAGE } SkyMapKind;
+typedef struct SkyMap {
+  uint8_t kind;
+  bool is_sampled;      // it varies, so it is worth aiming at
+  Vec3 color, horizon, ground; // constant: color; gradient: color is the zenith
+  Image image;          // equirectangular, float or half rgb, not owned
+  float gain;
+  float rotation;       // radians
+  // Piecewise-constant density over grid_width x grid_height equal cells of the image's (u, v) rectangle.
+  uint32_t grid_width, grid_height;
+  float *row_cdf;       // grid_height + 1, owned by the LightSet's arena
+  float *cell_cdf;      // grid_height rows of grid_width + 1
+} SkyMap;
+
+typedef struct LightSet {
+  Arena arena;
+  Emitter *emitters;    // in the arena
+  float *cdf;           // emitter_count + 1: choice by power, ends at 1
+  size_t emitter_count;
+  Sun *suns;
+  size_t sun_count;
+  SkyMap sky;
+} LightSet;             // zero has no lights and a black sky
+
+// Copies emitters, suns and sky, and makes the tables for sampling. The sky's image must outlive the set.
+bool light_set_build(LightSet *out, const Emitter *emitters, size_t emitter_count, const Sun *suns,
+                     size_t sun_count, const SkyMap *sky, Err *err);
+void light_set_finish(LightSet *s); // accepts zero
+
+#endif

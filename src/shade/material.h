@@ -1,0 +1,37 @@
+// Materials ready for shading: the numbers of a scene's material with textures by index. world/ fills them in;
+// shade/bsdf.h turns one of them and a surface point into a Bsdf.
+
+#ifndef RAYFOLD_SHADE_MATERIAL_H
+#define RAYFOLD_SHADE_MATERIAL_H
+
+#include "base/vec.h"
+
+#include <stdint.h>
+
+typedef enum SurfaceKind { SURFACE_PBR, SURFACE_LAMBERT, SURFACE_MIRROR, SURFACE_GLASS, SURFACE_EMISSION } SurfaceKind;
+typedef enum SurfaceAlpha { SURFACE_OPAQUE, SURFACE_MASK, SURFACE_BLEND } SurfaceAlpha;
+
+typedef struct TextureRef {
+  int32_t map;     // index into the world's TextureMaps, -1: none (the factor alone counts)
+  uint8_t channel; // of scalar uses: 0 r .. 3 a
+} TextureRef;
+
+typedef struct SurfaceMaterial {
+  uint8_t kind;        // SurfaceKind
+  uint8_t alpha_mode;  // SurfaceAlpha
+  bool is_double_sided, is_thin_walled;
+  bool is_light;       // its emission is sampled as a light
+  bool needs_filter;   // some hits on it do not count (alpha, back side)
+  Vec3 color;          // base colour, albedo, reflectance or glass tint; for emission unused
+  Vec3 emission;       // radiance before its texture; zero: none
+  Vec3 specular_color;
+  Vec3 absorption;     // per metre inside (Beer-Lambert), zero: clear
+  float opacity, alpha_cutoff;
+  float metallic, roughness, ior, specular, transmission;
+  float clearcoat, clearcoat_roughness;
+  float normal_scale;
+  TextureRef color_map, opacity_map, metallic_map, roughness_map, normal_map, emission_map, specular_map,
+      specular_color_map, transmission_map, clearcoat_map, clearcoat_roughness_map;
+} SurfaceMaterial;
+
+#endif
