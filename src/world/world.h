@@ -1,0 +1,66 @@
+// World: a scene made ready to render. Immutable: any number of threads may read it, nothing locks. Preparing the
+// next world after an edit shares every part that did not change (a mesh's tree, a decoded picture) by counting its
+// users; the old world stays whole until its last user lets go.
+
+#ifndef RAYFOLD_WORLD_WORLD_H
+#define RAYFOLD_WORLD_WORLD_H
+
+#include "accel/accel.h"
+#include "base/arena.h"
+#include "base/jobs.h"
+#include "base/notes.h"
+#include "geom/surface.h"
+#include "scene/scene.h"
+#include "shade/light.h"
+#include "shade/material.h"
+#include "shade/texture.h"
+
+// The shading side of an instance; same index as its accel Instance.
+typedef struct WorldInstance {
+  TriangleMesh mesh;           // arrays of the shared MeshData; all NULL for shapes
+  const uint16_t *slots;       // one a triangle; NULL: slot 0
+  const uint32_t *materials;   // slot -> index into World.materials
+  uint32_t slot_count;         // at least 1
+  const int32_t *emitters;     // one a triangle (or one, for a shape): index of its emitter, -1; NULL: none shine
+  uint32_t object_i;           // which object of the main scene it came from, for picking and ids
+} WorldInstance;
+
+typedef struct World World;
+struct World {
+  atomic_int users;
+  Arena arena;                 // owns the arrays below
+  Accel *accel;
+  const WorldInstance *instances;
+  size_t instance_count;
+  const SurfaceMaterial *materials; // the last one is the default material
+  size_t material_count;
+  const TextureMap *textures;
+  size_t texture_count;
+  LightSet lights;
+  float lo[3], hi[3];          // bounds; lo > hi when there is nothing
+  size_t triangle_count, unique_triangle_count, geometry_bytes, texture_bytes;
+  Notes notes;                 // what preparing had to leave out
+  struct WorldParts *parts;    // private: what is shared with other worlds
+};
+
+// The material of a hit.
+static inline uint32_t world_material(const World *w, const Hit *hit)
+{
+  const WorldInstance *i = &w->instances[hit->instance];
+  uint32_t slot = i->slots ? i->slots[hit->prim] : 0;
+  if (slot >= i->slot_count) slot = 0;
+  return i->materials[slot];
+}
+
+// Makes the scene ready. previous may be NULL. Reads and decodes the pictures it names (options says from where;
+// may be NULL). Large models build in parallel on jobs. NULL on error or cancel.
+World *world_prepare(const Scene *s, const World *previous, const LoadOptions *options, Jobs *jobs,
+                     const Cancel *cancel, Err *err);
+World *world_share(World *w);
+void world_release(World *w); // accepts NULL
+
+// A camera that shows the whole scene well, for models that bring none: from slightly above and to the right of -z
+// seen from the front, at a distance where the bounding sphere fits.
+Camera world_frame_camera(const World *w, float aspect);
+
+#endif
