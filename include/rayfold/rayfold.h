@@ -1,0 +1,296 @@
+// rayfold.h: the whole public interface. What is not in this file may change tomorrow.
+//
+//   engine   threads, memory, log, errors. There is no global state: two engines never meet.
+//   scene    the description: cameras, objects, materials, textures, lights, sky. Edited freely.
+//   world    a scene made ready to render. Immutable: any number of threads may read it.
+//   film     a picture being accumulated, with its extra planes (albedo, normal, depth, ids, ...).
+//
+//   scene --rf_prepare--> world --rf_render--> film --rf_develop--> image
+//                                              film --rf_film_save--> file
+//
+// A program that only casts rays needs: engine_create, scene_create, add_mesh, prepare, intersect (and the destroys).
+// One that wants a picture: engine_create, scene_load, prepare, camera, film_create, render, film_save.
+//
+// Units: metres, seconds, radians (degrees only inside scene files and rf_set), linear Rec.709 radiance.
+// Right-handed, y up; an eye looks along -z. A zeroed handle means "none". Every destroy function accepts NULL.
+// false or NULL means failure; rf_error() then tells what, where and how to mend it.
+// Unless its comment says otherwise, a function may be called from any thread, but not twice at once on one scene
+// or film. Worlds may be read from anywhere, at any time.
+
+#ifndef RAYFOLD_H
+#define RAYFOLD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define RF_VERSION_MAJOR 0
+#define RF_VERSION_MINOR 1
+#define RF_VERSION_PATCH 0
+
+#ifndef RF_API
+#define RF_API __attribute__((visibility("default")))
+#endif
+
+typedef struct rf_engine rf_engine;
+typedef struct rf_scene rf_scene;
+typedef struct rf_world rf_world;
+typedef struct rf_film rf_film;
+
+typedef struct rf_vec3 {
+  float x, y, z;
+} rf_vec3;
+
+typedef struct rf_frame { // an affine map: where x, y, z and the origin go
+  rf_vec3 x, y, z, p;
+} rf_frame;
+
+typedef struct rf_object { // an object of a scene; stays the same while others come and go
+  uint32_t id;
+} rf_object;
+
+// --- engine -----------------------------------------------------------------------------------------
+typedef enum rf_status {
+  RF_OK,
+  RF_BAD_ARGUMENT, // the caller's fault
+  RF_BAD_SCENE,    // the content of a file or an edit
+  RF_NOT_FOUND,    // an input is missing or cannot be read
+  RF_IO,           // an output cannot be written
+  RF_NO_MEMORY,
+  RF_CANCELLED
+} rf_status;
+
+typedef enum rf_log_level { RF_LOG_ERROR, RF_LOG_WARNING, RF_LOG_INFO } rf_log_level;
+
+typedef struct rf_engine_def {
+  int threads;     // workers; 0: as many as this process may use
+  const char *isa; // "auto", or "ref", "v2", "v3", "v4" to force one build of the kernels
+  void (*log)(void *user, rf_log_level level, const char *line); // may be NULL: silent
+  void *user;
+  uint32_t magic;  // set by rf_default_engine_def()
+} rf_engine_def;
+
+RF_API int rf_version(void);              // major * 10000 + minor * 100 + patch
+RF_API const char *rf_features(void);     // what this build can read and write, and why the rest is out; lines
+RF_API rf_engine_def rf_default_engine_def(void);
+RF_API rf_engine *rf_engine_create(const rf_engine_def *def); // def NULL: defaults. On failure rf_error(NULL, ...)
+RF_API void rf_engine_destroy(rf_engine *e);                  // after everything made with it
+RF_API const char *rf_engine_isa(const rf_engine *e);         // the level in use
+RF_API int rf_engine_threads(const rf_engine *e);
+
+// The last failure on this thread and its message (never NULL; "" for none), and clears it. e may be NULL.
+RF_API rf_status rf_error(rf_engine *e, const char **text);
+
+// Asks whatever runs on this engine to stop now (within 50 ms); it fails with RF_CANCELLED. Holds until
+// rf_uncancel(). Safe in a signal handler.
+RF_API void rf_cancel(rf_engine *e);
+RF_API void rf_uncancel(rf_engine *e);
+
+// --- scene: the description -------------------------------------------------------------------------
+typedef struct rf_load_def {
+  bool allow_outside; // let the scene name files outside its folder
+  uint32_t magic;     // set by rf_default_load_def()
+} rf_load_def;
+
+RF_API rf_load_def rf_default_load_def(void);
+RF_API rf_scene *rf_scene_create(rf_engine *e);
+// A scene file (.json) or a model (.obj .gltf .glb .ply .stl). Errors carry file:line:column. def may be NULL.
+RF_API rf_scene *rf_scene_load(rf_engine *e, const char *path, const rf_load_def *def);
+// .json: the scene, with bulk data in files beside it. .ply .obj .stl: all its triangles in one mesh.
+RF_API bool rf_scene_save(rf_scene *s, const char *path);
+RF_API void rf_scene_destroy(rf_scene *s);
+RF_API bool rf_scene_check(rf_scene *s); // do all files it names exist and hold what they should? Slow.
+
+// What was ignored or repaired, one line each; NULL past the last. Valid until the scene changes.
+RF_API const char *rf_scene_note(const rf_scene *s, size_t i);
+
+// Every field is reached by a path, "materials.gold.roughness", and every value is JSON, "0.2". A path to a whole
+// thing with a dictionary adds or replaces it, with null removes it. An edit that fails changes nothing.
+RF_API bool rf_set(rf_scene *s, const char *path, const char *json);
+RF_API const char *rf_get(rf_scene *s, const char *path); // JSON; valid until the next call on this scene
+RF_API bool rf_undo(rf_scene *s);                         // false: nothing to undo
+RF_API bool rf_redo(rf_scene *s);
+
+// Texts made from the field tables. The caller frees them with rf_free().
+RF_API char *rf_schema(rf_engine *e);         // JSON Schema, draft 2020-12
+RF_API char *rf_manual(rf_engine *e);         // the scene file's reference, Markdown
+RF_API char *rf_scene_info(rf_scene *s);      // a summary for people
+RF_API void rf_free(void *text);
+
+// Bulk data goes in as arrays, copied at the call.
+typedef struct rf_mesh_def {
+  const float *positions;    // 3 floats a vertex, metres
+  const float *normals;      // 3 floats a vertex, unit; NULL: flat
+  const float *texcoords;    // 2 floats a vertex, v up; may be NULL
+  const uint32_t *triangles; // 3 indices a triangle, counter-clockwise seen from outside
+  size_t vertex_count, triangle_count;
+  const char *material;      // name of a material of the scene; NULL: grey
+  uint32_t magic;            // set by rf_default_mesh_def()
+} rf_mesh_def;
+
+RF_API rf_mesh_def rf_default_mesh_def(void);
+RF_API rf_object rf_add_mesh(rf_scene *s, const char *name, const rf_mesh_def *def); // name may be NULL
+RF_API rf_object rf_add(rf_scene *s, const char *shape, const char *name); // "sphere", "quad", "disk", "box"
+RF_API rf_object rf_find(const rf_scene *s, const char *name);             // zero: none
+RF_API bool rf_move(rf_scene *s, rf_object o, rf_frame frame);             // the cheap edit: no tree is rebuilt below it
+RF_API bool rf_remove(rf_scene *s, rf_object o);
+
+// --- world: the prepared scene ----------------------------------------------------------------------
+// Shares with previous (may be NULL) whatever did not change. Both stay valid on their own; the scene may be
+// edited or destroyed afterwards. Fails with RF_CANCELLED after rf_cancel().
+RF_API rf_world *rf_prepare(rf_scene *s, const rf_world *previous);
+RF_API void rf_world_destroy(rf_world *w);
+RF_API bool rf_world_bounds(const rf_world *w, rf_vec3 *lo, rf_vec3 *hi); // false: the world is empty
+
+typedef struct rf_world_stats {
+  uint64_t triangles;        // as seen, instances counted each
+  uint64_t unique_triangles; // as stored
+  uint64_t geometry_bytes, texture_bytes;
+} rf_world_stats;
+RF_API rf_world_stats rf_world_take_stats(const rf_world *w);
+
+typedef struct rf_ray {
+  rf_vec3 origin;
+  float tmin;
+  rf_vec3 direction; // any length but zero; t counts in lengths of it
+  float tmax;
+} rf_ray;
+
+typedef struct rf_hit {
+  float t;
+  float u, v;       // of a triangle: weights of its second and third vertex
+  uint32_t part;    // triangle of the object's mesh
+  rf_object object; // zero: nothing was hit
+  rf_vec3 normal;   // geometric, unit, to the front side
+} rf_hit;
+
+// Hot: these check nothing and allocate nothing. Nearest hit with tmin < t < tmax; any hit.
+RF_API bool rf_intersect(const rf_world *w, const rf_ray *ray, rf_hit *hit);
+RF_API bool rf_occluded(const rf_world *w, const rf_ray *ray);
+// Many rays at once, in any order: faster than one by one.
+RF_API void rf_intersect_n(const rf_world *w, const rf_ray *rays, rf_hit *hits, size_t count);
+RF_API void rf_occluded_n(const rf_world *w, const rf_ray *rays, uint8_t *blocked, size_t count);
+
+// --- film and rendering -----------------------------------------------------------------------------
+typedef enum rf_lens { RF_PERSPECTIVE, RF_ORTHOGRAPHIC, RF_PANORAMIC } rf_lens;
+
+typedef struct rf_eye {
+  rf_frame frame;  // right, up, back, place; orthonormal
+  rf_lens lens;
+  float fov;       // perspective: vertical, radians; panoramic: horizontal span
+  float focus;     // distance of the sharp plane, metres
+  float aperture;  // radius of the lens, metres; 0: a pinhole
+  int blades;      // of the aperture; under 3: round
+  float height;    // orthographic: height of the picture in metres
+} rf_eye;
+
+// A camera of the scene by name; NULL: the main one. A scene without a camera (a bare model) gets one that shows
+// all of w; w may be NULL otherwise. aspect = width / height of the picture. False: no such camera.
+RF_API bool rf_camera(rf_scene *s, const rf_world *w, const char *name, float aspect, rf_eye *eye);
+
+typedef enum rf_plane { // bits
+  RF_BEAUTY = 1 << 0,      // rgb radiance and alpha; always there
+  RF_ALBEDO = 1 << 1,
+  RF_NORMAL = 1 << 2,      // world space
+  RF_DEPTH = 1 << 3,       // metres along the view axis
+  RF_POSITION = 1 << 4,    // world space, metres; within 65,536 m of the origin
+  RF_OBJECT_ID = 1 << 5,   // 1 + index, 0: nothing
+  RF_MATERIAL_ID = 1 << 6, // 1 + index, 0: nothing
+  RF_VARIANCE = 1 << 7,    // of the pixel's mean luminance
+  RF_SAMPLES = 1 << 8,     // how many a pixel got
+  RF_ALL_PLANES = (1 << 9) - 1
+} rf_plane;
+
+RF_API rf_film *rf_film_create(rf_engine *e, int width, int height, unsigned planes);
+RF_API void rf_film_clear(rf_film *f);
+RF_API void rf_film_destroy(rf_film *f);
+// Adds the samples of src to dst: same size and planes, samples disjoint. Exact: in any order, the same bytes.
+RF_API bool rf_film_merge(rf_film *dst, const rf_film *src);
+RF_API bool rf_film_size(const rf_film *f, int *width, int *height);
+
+typedef enum rf_go { RF_GO_ON, RF_STOP_AFTER_PASS, RF_STOP_NOW } rf_go;
+
+typedef struct rf_progress {
+  double done;           // 0..1
+  double seconds, eta;   // since the start; still to go
+  double samples;        // a pixel, so far in this call
+  double noise;          // relative standard error of the picture, median over pixels; 0 while unknown
+  uint64_t rays;
+} rf_progress;
+
+typedef struct rf_render_def {
+  const char *integrator;       // "path", or a view: "normal", "depth", "albedo", "uv", "id", "bary", "cost"
+  int first_sample, end_sample; // samples of each pixel in this call: [first, end)
+  int max_depth, roulette_depth;
+  uint64_t seed;                // same seed, same picture, on any number of threads
+  const char *filter;           // "box", "blackman_harris", "gaussian"
+  float filter_width;           // pixels; 0: the filter's usual width
+  float clamp;                  // 0: off
+  bool transparent;             // sky has alpha 0
+  double budget_seconds;        // stop after the pass in which this is reached; 0: take all samples
+  double noise_target;          // stop after the pass in which the noise is this low; 0: take all samples
+  rf_go (*progress)(void *user, const rf_progress *p); // about ten times a second, on the calling thread; may be NULL
+  void *user;
+  uint32_t magic;
+} rf_render_def;
+
+typedef struct rf_render_stats {
+  double seconds;
+  uint64_t camera_rays, bounce_rays, shadow_rays; // traced
+  uint64_t nodes, prims;                          // tested
+  uint64_t bad_samples;                           // not finite, counted as black; should be 0
+  int samples;                                    // taken of each pixel
+} rf_render_stats;
+
+RF_API rf_render_def rf_default_render_def(void);
+RF_API rf_render_def rf_scene_render_def(const rf_scene *s, int *width, int *height); // as its "render" says
+// Adds samples to the film. RF_OK also when stopped by budget or RF_STOP_AFTER_PASS; the film then holds whole
+// passes. stats may be NULL.
+RF_API rf_status rf_render(const rf_world *w, const rf_eye *eye, const rf_render_def *def, rf_film *f,
+                           rf_render_stats *stats);
+
+// --- pictures ---------------------------------------------------------------------------------------
+typedef struct rf_image { // rows from the top, channels interleaved
+  int width, height, channels;
+  float *pixels; // freed by rf_image_free()
+} rf_image;
+
+typedef struct rf_develop_def {
+  float exposure;         // stops
+  const char *tone_curve; // "linear", "filmic", "agx", "neutral"
+  float gamma;            // extra power; 1: none
+  uint32_t magic;
+} rf_develop_def;
+
+RF_API rf_develop_def rf_default_develop_def(void);
+RF_API rf_develop_def rf_scene_develop_def(const rf_scene *s); // as its "develop" says
+RF_API bool rf_film_plane(const rf_film *f, rf_plane plane, rf_image *out); // as it is: linear
+RF_API bool rf_develop(const rf_film *f, const rf_develop_def *def, rf_image *out); // display-linear rgba, 0..1
+RF_API uint64_t rf_film_hash(const rf_film *f); // of all planes' floats: equal pictures, equal hashes
+RF_API void rf_image_free(rf_image *img);
+
+typedef struct rf_save_def {
+  int bits;            // PNG: 8 or 16, EXR: 16 or 32; 0: 8 and 16
+  int quality;         // JPEG, WebP: 1..100; 0: 92
+  bool developed;      // float formats, too, hold the developed picture instead of radiance
+  const char *comment; // stored where the format can; may be NULL
+  uint32_t magic;
+} rf_save_def;
+
+RF_API rf_save_def rf_default_save_def(void);
+// The extension picks the writer: .png .jpg .webp hold the developed picture; .exr (all planes), .hdr and .pfm hold
+// linear radiance. The file appears whole or not at all. develop and save may be NULL.
+RF_API bool rf_film_save(const rf_film *f, const rf_develop_def *develop, const rf_save_def *save, const char *path);
+RF_API bool rf_can_save(rf_engine *e, const char *path); // would the extension be understood?
+// Converts a picture file into another format (a float format to a display one by develop).
+RF_API bool rf_image_convert(rf_engine *e, const char *from, const char *to, const rf_develop_def *develop,
+                             const rf_save_def *save);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
