@@ -286,6 +286,7 @@ typedef struct Shape {
 
 typedef struct Object {
   const char *name; // may be NULL
+  uint32_t id;      // stays the same while objects come and go; never 0
   ObjectCommon common;
   Shape shape;
 } Object;
@@ -364,6 +365,7 @@ struct Scene {
   ARRAY(Model) models;
   ARRAY(Object) objects;
   ARRAY(Light) lights;
+  uint32_t last_id;    // of an object
   Notes notes;         // what was ignored or repaired while loading
 };
 
