@@ -17,7 +17,7 @@
 typedef struct Decimal {
   uint64_t mantissa;
   int64_t exponent;
-  bool is_negative, is_cut; // is_cut: digits other than zero were dropped
+  bool is_negative, is_cut;        // is_cut: digits other than zero were dropped
   const char *digits, *digits_end; // digits and at most one point, for the slow path
   int64_t written_exponent;
 } Decimal;
@@ -25,7 +25,10 @@ typedef struct Decimal {
 static const double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
                                 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 
-static bool is_digit(char c) { return (unsigned char)(c - '0') < 10; }
+static bool is_digit(char c)
+{
+  return (unsigned char)(c - '0') < 10;
+}
 
 static const char *read_exponent(const char *p, const char *end, int64_t *exponent)
 {
@@ -119,7 +122,10 @@ static void slow_text(char text[SLOW_SIZE], const Decimal *d)
   snprintf(text + n, SLOW_SIZE - n, "e%lld", (long long)exponent);
 }
 
-static locale_t c_locale(void) { return newlocale(LC_ALL_MASK, "C", (locale_t)0); } // a static one in glibc
+static locale_t c_locale(void)
+{
+  return newlocale(LC_ALL_MASK, "C", (locale_t)0);
+} // a static one in glibc
 
 static double slow_double(const Decimal *d)
 {
