@@ -1,0 +1,31 @@
+// Library: the steps that several commands take with librayfold, each saying what went wrong, and the options that
+// belong to them.
+
+#ifndef RAYFOLD_APP_LIBRARY_H
+#define RAYFOLD_APP_LIBRARY_H
+
+#include "options.h"
+
+#define OPTION_ALLOW_OUTSIDE                                                                  \
+  {                                                                                           \
+    .name = "allow-outside", .kind = OPTION_FLAG,                                             \
+    .sentence = "Let the scene name files outside its own folder. Only for scenes you trust." \
+  }
+#define OPTION_QUIET(what)                                                \
+  {                                                                       \
+    .name = "quiet", .letter = 'q', .kind = OPTION_FLAG, .sentence = what \
+  }
+
+// A command without options of its own.
+extern const Option no_options[];
+
+// threads 0 and isa NULL: the library chooses. A wrong isa is the user's fault: EXIT_USAGE.
+ExitCode engine_open(rf_engine **engine, int threads, const char *isa);
+ExitCode scene_open(rf_scene **scene, rf_engine *engine, const char *path, bool allow_outside);
+
+// "text" in quotes, as JSON writes it.
+void json_print_text(FILE *out, const char *text);
+
+double seconds_now(void); // a clock that never jumps
+
+#endif
