@@ -1,0 +1,570 @@
+// `rayfold render`: one scene into one film, the film into as many files as were named. The steps stand in
+// run_render() in their order: everything that can be known to be wrong is found before a big scene is loaded, and
+// nothing is written before the film is done.
+
+#include "commands.h"
+#include "library.h"
+#include "nearest.h"
+#include "output.h"
+#include "progress.h"
+#include "settings.h"
+#include "signals.h"
+#include "stats.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+// The scene's own limit of render.spp: what a render bounded by time or noise alone may take.
+#define MOST_SAMPLES "524288"
+
+static const Option render_options[] = {
+    {.name = "output",
+     .letter = 'o',
+     .kind = OPTION_FILE,
+     .argument = "OUT",
+     .repeats = true,
+     .sentence =
+         "Where the picture goes; the extension picks the format: .png, .jpg and .webp hold the developed "
+         "picture, .exr (with all AOVs), .hdr and .pfm linear radiance. \"hash\" prints the picture's hash."},
+    {.name = "size",
+     .kind = OPTION_TEXT,
+     .argument = "WxH",
+     .initial = "as the scene says",
+     .path = "render.size",
+     .sentence = "Width and height in pixels."},
+    {.name = "spp",
+     .kind = OPTION_INTEGER,
+     .argument = "N",
+     .initial = "as the scene says",
+     .path = "render.spp",
+     .sentence = "Samples a pixel."},
+    {.name = "time",
+     .kind = OPTION_REAL,
+     .argument = "S",
+     .initial = "no limit",
+     .low = 1e-3,
+     .high = 1e9,
+     .sentence =
+         "Stop after the pass in which S seconds are reached; without --spp, take as many samples as fit."},
+    {.name = "noise",
+     .kind = OPTION_REAL,
+     .argument = "X",
+     .initial = "no limit",
+     .low = 1e-9,
+     .high = 1e9,
+     .sentence =
+         "Stop after the pass in which the relative noise is down to X (0.01 is 1 %); without --spp, take as "
+         "many samples as that needs."},
+    {.name = "camera",
+     .kind = OPTION_TEXT,
+     .argument = "NAME",
+     .initial = "the main one",
+     .sentence = "Which of the scene's cameras."},
+    {.name = "seed",
+     .kind = OPTION_INTEGER,
+     .argument = "N",
+     .initial = "as the scene says",
+     .path = "render.seed",
+     .sentence = "Same seed, same picture, on any number of threads."},
+    {.name = "integrator",
+     .kind = OPTION_TEXT,
+     .argument = "NAME",
+     .initial = "as the scene says",
+     .path = "render.integrator",
+     .sentence = "path, or a view of the scene: normal, depth, albedo, uv, id, bary, cost."},
+    {.name = "max-depth",
+     .kind = OPTION_INTEGER,
+     .argument = "N",
+     .initial = "as the scene says",
+     .path = "render.max_depth",
+     .sentence = "Most bounces of a path."},
+    {.name = "threads",
+     .kind = OPTION_INTEGER,
+     .argument = "N",
+     .initial = "all this process may use",
+     .high = 256,
+     .sentence = "Threads to work with. The picture does not depend on it."},
+    {.name = "isa",
+     .kind = OPTION_CHOICE,
+     .argument = "LEVEL",
+     .initial = "auto",
+     .choices = "auto|ref|v2|v3|v4",
+     .sentence =
+         "Instruction set to use: ref is plain code, v2 SSE4.2, v3 AVX2, v4 AVX-512, auto the best this "
+         "machine has. The picture does not depend on it."},
+    {.name = "set",
+     .kind = OPTION_TEXT,
+     .argument = "PATH=VALUE",
+     .repeats = true,
+     .sentence =
+         "Change a field of the scene, as materials.gold.roughness=0.3; `rayfold manual` lists all fields. "
+         "A value that is not JSON is taken as text."},
+    {.name = "aov",
+     .kind = OPTION_TEXT,
+     .argument = "LIST",
+     .initial = "all for .exr, else none",
+     .sentence = "Planes beside the picture, divided by commas: albedo, normal, depth, position, object_id, "
+                 "material_id, variance, samples; or all, or none. Only .exr holds them."},
+    {.name = "no-effects",
+     .kind = OPTION_FLAG,
+     .sentence = "Ignore the scene's develop settings: linear tone curve, exposure 0."},
+    {.name = "samples",
+     .kind = OPTION_TEXT,
+     .argument = "A:B",
+     .initial = "0:spp",
+     .repeats = true,
+     .sentence =
+         "Take only samples A to B - 1 of each pixel. Each range is rendered into a film of its own and "
+         "merged; the same samples give the same picture in any division."},
+    {.name = "bits",
+     .kind = OPTION_CHOICE,
+     .argument = "N",
+     .initial = "8 for .png, 16 for .exr",
+     .choices = "8|16|32",
+     .sentence = "Bits a channel: .png takes 8 or 16, .exr 16 or 32."},
+    {.name = "quality",
+     .kind = OPTION_INTEGER,
+     .argument = "N",
+     .initial = "92",
+     .low = 1,
+     .high = 100,
+     .sentence = "Of .jpg and .webp."},
+    OPTION_ALLOW_OUTSIDE,
+    {.name = "stats",
+     .kind = OPTION_FILE,
+     .argument = "FILE",
+     .sentence = "Write times, rays, memory and the picture's hash to FILE as JSON."},
+    OPTION_QUIET("No progress, no notes, no summary."),
+    {0},
+};
+
+typedef struct Range {
+  int first, end; // [first, end)
+} Range;
+
+typedef struct Render { // all that one run owns
+  const Args *args;
+  bool is_quiet;
+  Progress progress;
+  rf_engine *engine;
+  rf_scene *scene;
+  rf_world *world;
+  rf_film *film;
+  unsigned planes;
+  rf_eye eye;
+  rf_render_def def;
+  Range *ranges;
+  size_t range_count;
+  int samples_wanted; // over all ranges
+  rf_progress before; // what earlier ranges brought, for the progress line
+  double range_share; // of the whole, of the range being rendered
+  bool is_stop_said;
+  Stats stats;
+} Render;
+
+// --- before loading: the command line --------------------------------------------------------------
+static bool is_hash(const char *output)
+{
+  return !strcmp(output, "hash");
+}
+
+static bool writes_exr(const Args *a)
+{
+  const char *output;
+  for (size_t i = 0; (output = args_next(a, "output", &i));)
+    if (path_is_any(output, ".exr")) return true;
+  return false;
+}
+
+static ExitCode check_bits(const char *output, const char *bits)
+{
+  const bool png = path_is_any(output, ".png"), exr = path_is_any(output, ".exr");
+  if ((png && !strcmp(bits, "32")) || (exr && !strcmp(bits, "8")))
+    return fail(EXIT_USAGE, "--bits %s: %s takes %s", bits, output, png ? "8 or 16" : "16 or 32");
+  return EXIT_DONE;
+}
+
+static ExitCode check_output(const Render *r, const char *output)
+{
+  if (is_hash(output)) return EXIT_DONE;
+  if (!rf_can_save(r->engine, output)) {
+    const char *text = "";
+    rf_error(r->engine, &text);
+    return fail(EXIT_USAGE, "-o %s: %s", output,
+                *text ? text : "the extension is none of .png .jpg .webp .exr .hdr .pfm; or use \"hash\"");
+  }
+  const char *bits = args_text(r->args, "bits");
+  const ExitCode code = bits ? check_bits(output, bits) : EXIT_DONE;
+  return code ? code : output_check(output);
+}
+
+static ExitCode check_outputs(const Render *r)
+{
+  const char *output, *stats = args_text(r->args, "stats");
+  if (!args_has(r->args, "output"))
+    return fail(EXIT_USAGE, "render needs -o OUT, as in `rayfold render %s -o picture.png`",
+                r->args->operands[0]);
+  for (size_t i = 0; (output = args_next(r->args, "output", &i));) {
+    const ExitCode code = check_output(r, output);
+    if (code) return code;
+  }
+  return stats ? output_check(stats) : EXIT_DONE;
+}
+
+static const struct {
+  const char *name;
+  unsigned planes;
+} aov_names[] = {
+    {"albedo", RF_ALBEDO},     {"normal", RF_NORMAL},       {"depth", RF_DEPTH},
+    {"position", RF_POSITION}, {"object_id", RF_OBJECT_ID}, {"material_id", RF_MATERIAL_ID},
+    {"variance", RF_VARIANCE}, {"samples", RF_SAMPLES},     {"all", RF_ALL_PLANES},
+    {"none", RF_BEAUTY},
+};
+
+static ExitCode read_aov(Render *r, const char *name)
+{
+  char hint[160];
+  Nearest n = nearest_begin(name);
+  for (size_t i = 0; i < sizeof aov_names / sizeof *aov_names; i++) {
+    if (!strcmp(name, aov_names[i].name)) {
+      r->planes |= aov_names[i].planes;
+      return EXIT_DONE;
+    }
+    nearest_try(&n, aov_names[i].name);
+  }
+  nearest_hint(&n, "", hint);
+  return fail(EXIT_USAGE, "--aov: there is no plane \"%s\"%s", name,
+              *hint ? hint : "; `rayfold render --help` lists them");
+}
+
+static ExitCode read_planes(Render *r)
+{
+  const char *list = args_text(r->args, "aov");
+  r->planes = RF_BEAUTY;
+  if (!list) {
+    if (writes_exr(r->args)) r->planes = RF_ALL_PLANES;
+    return EXIT_DONE;
+  }
+  while (*list) {
+    char name[40];
+    const size_t n = strcspn(list, ",");
+    snprintf(name, sizeof name, "%.*s", (int)(n < 39 ? n : 39), list);
+    const ExitCode code = read_aov(r, name);
+    if (code) return code;
+    list += n + (list[n] == ',');
+  }
+  return EXIT_DONE;
+}
+
+static ExitCode read_range(const char *text, Range *out)
+{
+  char first[24];
+  long a, b;
+  const size_t n = strcspn(text, ":");
+  snprintf(first, sizeof first, "%.*s", (int)(n < 23 ? n : 23), text);
+  if (text[n] != ':' || !read_integer(first, &a) || !read_integer(text + n + 1, &b) || a < 0 || b <= a ||
+      b > INT32_MAX)
+    return fail(EXIT_USAGE, "--samples %s: it is A:B, whole numbers with 0 <= A < B, as in 0:8", text);
+  *out = (Range){(int)a, (int)b};
+  return EXIT_DONE;
+}
+
+static ExitCode check_ranges(const Render *r)
+{
+  for (size_t i = 0; i < r->range_count; i++)
+    for (size_t j = 0; j < i; j++)
+      if (r->ranges[i].first < r->ranges[j].end && r->ranges[j].first < r->ranges[i].end)
+        return fail(EXIT_USAGE, "--samples %d:%d and %d:%d overlap; a sample counts once", r->ranges[j].first,
+                    r->ranges[j].end, r->ranges[i].first, r->ranges[i].end);
+  if (r->range_count && (args_has(r->args, "time") || args_has(r->args, "noise")))
+    return fail(EXIT_USAGE, "--samples says exactly which samples to take; leave out --time and --noise");
+  const long spp = args_integer(r->args, "spp", INT32_MAX);
+  for (size_t i = 0; i < r->range_count; i++)
+    if (r->ranges[i].end > spp)
+      return fail(EXIT_USAGE, "--samples %d:%d ends after --spp %ld", r->ranges[i].first, r->ranges[i].end,
+                  spp);
+  return EXIT_DONE;
+}
+
+static ExitCode read_ranges(Render *r)
+{
+  const char *text;
+  r->ranges = calloc(r->args->given_count + 1, sizeof *r->ranges); // one more for the default
+  if (!r->ranges) return fail(EXIT_INTERNAL, "not enough memory to read the command line");
+  for (size_t i = 0; (text = args_next(r->args, "samples", &i));) {
+    const ExitCode code = read_range(text, &r->ranges[r->range_count++]);
+    if (code) return code;
+  }
+  return check_ranges(r);
+}
+
+// A value out of range is found on an empty scene, before a big one is loaded.
+static ExitCode rehearse_settings(Render *r)
+{
+  rf_scene *empty = rf_scene_create(r->engine);
+  if (!empty) return fail_library(r->engine);
+  ExitCode code = settings_apply(r->args, r->engine, empty, false);
+  for (size_t i = 0; !code && i < r->range_count; i++) {
+    char samples[24];
+    snprintf(samples, sizeof samples, "%d", r->ranges[i].end);
+    if (!rf_set(empty, "render.spp", samples))
+      code = fail_usage(r->engine, "--samples %d:%d", r->ranges[i].first, r->ranges[i].end);
+  }
+  rf_scene_destroy(empty);
+  return code;
+}
+
+// --- loading and preparing -------------------------------------------------------------------------
+static ExitCode load(Render *r)
+{
+  const char *path = r->args->operands[0], *camera = args_text(r->args, "camera");
+  const double start = seconds_now();
+  progress_stage(&r->progress, "loading", path);
+  ExitCode code = scene_open(&r->scene, r->engine, path, args_has(r->args, "allow-outside"));
+  progress_clear(&r->progress);
+  if (code) return code;
+  r->stats.load = seconds_now() - start;
+  if (!r->is_quiet) say_notes(r->scene);
+  // A named camera needs no world: a wrong name is found before the work of preparing one.
+  if (camera && !rf_camera(r->scene, NULL, camera, 1, &r->eye))
+    return fail_usage(r->engine, "--camera %s", camera);
+  return settings_apply(r->args, r->engine, r->scene, true);
+}
+
+// What to take of each pixel, from the scene and from what was asked for.
+static void plan_samples(Render *r)
+{
+  const bool is_bounded = args_has(r->args, "time") || args_has(r->args, "noise");
+  if (is_bounded && !args_has(r->args, "spp")) rf_set(r->scene, "render.spp", MOST_SAMPLES);
+  r->def = rf_scene_render_def(r->scene, &r->stats.width, &r->stats.height);
+  r->def.budget_seconds = args_real(r->args, "time", 0);
+  r->def.noise_target = args_real(r->args, "noise", 0);
+  if (!r->range_count) r->ranges[r->range_count++] = (Range){r->def.first_sample, r->def.end_sample};
+  for (size_t i = 0; i < r->range_count; i++) r->samples_wanted += r->ranges[i].end - r->ranges[i].first;
+}
+
+static ExitCode prepare(Render *r)
+{
+  const char *camera = args_text(r->args, "camera");
+  const double start = seconds_now();
+  progress_stage(&r->progress, "preparing", r->args->operands[0]);
+  r->world = rf_prepare(r->scene, NULL);
+  progress_clear(&r->progress);
+  if (!r->world) return fail_library(r->engine);
+  r->stats.prepare = seconds_now() - start;
+  r->stats.world = rf_world_take_stats(r->world);
+  plan_samples(r);
+  const float aspect = (float)r->stats.width / (float)r->stats.height;
+  if (!rf_camera(r->scene, r->world, camera, aspect, &r->eye)) return fail_library(r->engine);
+  return EXIT_DONE;
+}
+
+// --- rendering -------------------------------------------------------------------------------------
+static rf_go on_progress(void *user, const rf_progress *p)
+{
+  Render *r = user;
+  rf_progress now = *p;
+  now.done = r->before.done + p->done * r->range_share;
+  now.samples += r->before.samples;
+  now.seconds += r->before.seconds;
+  now.rays += r->before.rays;
+  if (r->range_count > 1 && now.done > 0) now.eta = now.seconds * (1 - now.done) / now.done;
+  const bool is_open_ended = r->def.budget_seconds > 0 || r->def.noise_target > 0;
+  progress_show(&r->progress, &now, is_open_ended && !args_has(r->args, "spp") ? 0 : r->samples_wanted);
+  if (!signals_count()) return RF_GO_ON;
+  if (!r->is_stop_said && !r->is_quiet) {
+    progress_clear(&r->progress);
+    say("finishing this pass, then saving; once more stops at once and saves nothing");
+  }
+  r->is_stop_said = true;
+  return RF_STOP_AFTER_PASS;
+}
+
+static ExitCode render_range(Render *r, Range range, rf_film *film)
+{
+  rf_render_stats stats = {0};
+  r->def.first_sample = range.first;
+  r->def.end_sample = range.end;
+  r->def.progress = on_progress;
+  r->def.user = r;
+  r->range_share = (double)(range.end - range.first) / r->samples_wanted;
+  const rf_status status = rf_render(r->world, &r->eye, &r->def, film, &stats);
+  progress_clear(&r->progress);
+  if (status == RF_CANCELLED)
+    return fail(EXIT_STOPPED, "stopped at once, nothing was saved; run the same command again");
+  if (status != RF_OK) return fail_library(r->engine);
+  stats_add(&r->stats.rendered, &stats);
+  r->before.done += r->range_share;
+  r->before.samples += stats.samples;
+  r->before.seconds += stats.seconds;
+  r->before.rays += stats_rays(&stats);
+  return EXIT_DONE;
+}
+
+static ExitCode render_and_merge(Render *r, Range range)
+{
+  rf_film *part = rf_film_create(r->engine, r->stats.width, r->stats.height, r->planes);
+  if (!part) return fail_library(r->engine);
+  ExitCode code = render_range(r, range, part);
+  if (!code && !rf_film_merge(r->film, part)) code = fail_library(r->engine);
+  rf_film_destroy(part);
+  return code;
+}
+
+static ExitCode render_all(Render *r)
+{
+  r->film = rf_film_create(r->engine, r->stats.width, r->stats.height, r->planes);
+  if (!r->film) return fail_library(r->engine);
+  signals_defer();
+  ExitCode code = render_range(r, r->ranges[0], r->film);
+  for (size_t i = 1; !code && !r->is_stop_said && i < r->range_count; i++)
+    code = render_and_merge(r, r->ranges[i]);
+  r->stats.render = r->before.seconds;
+  return code;
+}
+
+// --- writing ---------------------------------------------------------------------------------------
+static rf_develop_def develop_def(const Render *r)
+{
+  rf_develop_def def = rf_scene_develop_def(r->scene);
+  if (!args_has(r->args, "no-effects")) return def;
+  def = rf_default_develop_def();
+  def.tone_curve = "linear";
+  def.exposure = 0;
+  return def;
+}
+
+// One that fails does not keep the others from being written; the first failure is the answer.
+static ExitCode write_pictures(Render *r)
+{
+  const rf_develop_def develop = develop_def(r);
+  rf_save_def save = rf_default_save_def();
+  save.bits = (int)args_integer(r->args, "bits", 0);
+  save.quality = (int)args_integer(r->args, "quality", 0);
+  const double start = seconds_now();
+  ExitCode first = EXIT_DONE;
+  const char *output;
+  for (size_t i = 0; (output = args_next(r->args, "output", &i));) {
+    if (is_hash(output) || rf_film_save(r->film, &develop, &save, output)) continue;
+    const ExitCode code = fail_library(r->engine);
+    if (!first) first = code;
+  }
+  r->stats.write = seconds_now() - start;
+  return first;
+}
+
+static bool wants_hash(const Args *a)
+{
+  const char *output;
+  for (size_t i = 0; (output = args_next(a, "output", &i));)
+    if (is_hash(output)) return true;
+  return false;
+}
+
+static ExitCode write_hash_and_stats(Render *r)
+{
+  const char *path = args_text(r->args, "stats");
+  const bool hash = wants_hash(r->args);
+  ExitCode code = EXIT_DONE;
+  if (hash || path) r->stats.hash = rf_film_hash(r->film);
+  if (hash) {
+    printf("%016" PRIx64 "\n", r->stats.hash);
+    code = stdout_finish("the hash");
+  }
+  if (!path) return code;
+  const ExitCode stats_code = stats_write(&r->stats, path);
+  return code ? code : stats_code;
+}
+
+static void print_outputs(const Render *r)
+{
+  const char *output;
+  size_t i = 0;
+  for (const char *comma = ""; (output = args_next(r->args, "output", &i)); comma = ", ")
+    fprintf(stderr, "%s%s", comma, output);
+}
+
+static void print_summary(const Render *r)
+{
+  const Stats *s = &r->stats;
+  if (r->is_quiet) return;
+  print_outputs(r);
+  fprintf(stderr, ": %dx%d, %d spp, %.2f s, %.1f Mrays/s\n", s->width, s->height, s->rendered.samples,
+          s->render, s->render > 0 ? (double)stats_rays(&s->rendered) / s->render / 1e6 : 0.0);
+  if (s->rendered.bad_samples)
+    fprintf(stderr, "note: %" PRIu64 " samples were not finite and count as black; please report the scene\n",
+            s->rendered.bad_samples);
+}
+
+static ExitCode write_all(Render *r)
+{
+  ExitCode code = write_pictures(r);
+  const ExitCode after = write_hash_and_stats(r);
+  if (!code) code = after;
+  if (code) return code;
+  print_summary(r);
+  if (!r->is_stop_said || r->stats.rendered.samples >= r->samples_wanted) return EXIT_DONE;
+  return fail(EXIT_STOPPED,
+              "stopped after %d of %d samples a pixel and saved these; for all of them run the same "
+              "command again",
+              r->stats.rendered.samples, r->samples_wanted);
+}
+
+// --- the whole -------------------------------------------------------------------------------------
+static ExitCode open_engine(Render *r)
+{
+  const ExitCode code =
+      engine_open(&r->engine, (int)args_integer(r->args, "threads", 0), args_text(r->args, "isa"));
+  if (code) return code;
+  signals_watch(r->engine);
+  r->stats.isa = rf_engine_isa(r->engine);
+  r->stats.threads = rf_engine_threads(r->engine);
+  return EXIT_DONE;
+}
+
+static void finish(Render *r)
+{
+  signals_release();
+  rf_film_destroy(r->film);
+  rf_world_destroy(r->world);
+  rf_scene_destroy(r->scene);
+  rf_engine_destroy(r->engine);
+  free(r->ranges);
+}
+
+static ExitCode run_render(const Args *args)
+{
+  Render r = {.args = args, .is_quiet = args_has(args, "quiet"), .stats = {.scene = args->operands[0]}};
+  r.progress = progress_begin(r.is_quiet);
+  ExitCode code = read_ranges(&r);
+  if (!code) code = read_planes(&r);
+  if (!code) code = open_engine(&r);
+  if (!code) code = check_outputs(&r);
+  if (!code) code = rehearse_settings(&r);
+  if (!code) code = load(&r);
+  if (!code) code = prepare(&r);
+  if (!code) code = render_all(&r);
+  if (!code) code = write_all(&r);
+  finish(&r);
+  return code;
+}
+
+const Command command_render = {
+    .name = "render",
+    .sentence = "Render a scene into picture files.",
+    .operands = "SCENE",
+    .least = 1,
+    .most = 1,
+    .operand_kind = OPERAND_FILE,
+    .usage = "-o OUT [--size WxH] [--spp N | --time S | --noise X] [OPTION]...",
+    .text =
+        "SCENE is a scene file (.json) or a bare model (.obj .gltf .glb .ply .stl), which gets a camera that "
+        "shows all of it and a sky.\n"
+        "Files appear whole or not at all. Ctrl-C (or SIGTERM) finishes the pass, saves what there is and "
+        "exits "
+        "with 75; a second one stops at once.",
+    .example = "rayfold render scenes/cornell.json -o cornell.png --spp 256",
+    .options = render_options,
+    .run = run_render,
+};

@@ -1,0 +1,13 @@
+// Settings: the options that change a field of the scene, --set and those with a path in their table. Ranges and
+// names are the library's to check; what it says comes with the option in front.
+
+#ifndef RAYFOLD_APP_SETTINGS_H
+#define RAYFOLD_APP_SETTINGS_H
+
+#include "options.h"
+
+// In the order of the command line, so that the last of two settings of one field holds. Without --set, which
+// speaks of things in a scene, all can be tried on an empty one.
+ExitCode settings_apply(const Args *args, rf_engine *engine, rf_scene *scene, bool with_set);
+
+#endif
