@@ -1,0 +1,106 @@
+// `rayfold convert`: a scene or model into another, a picture into another, told apart by their extensions.
+
+#include "commands.h"
+#include "library.h"
+#include "output.h"
+
+#include <string.h>
+
+#define SCENE_INPUTS  ".json|.obj|.gltf|.glb|.ply|.stl"
+#define SCENE_OUTPUTS ".json|.ply|.obj|.stl"
+
+static const Option convert_options[] = {
+    {.name = "exposure",
+     .kind = OPTION_REAL,
+     .argument = "STOPS",
+     .initial = "0",
+     .low = -32,
+     .high = 32,
+     .sentence = "For a float picture into a display format: brightness; each stop doubles it."},
+    {.name = "tone-curve",
+     .kind = OPTION_CHOICE,
+     .argument = "NAME",
+     .initial = "filmic",
+     .choices = "linear|filmic|agx|neutral",
+     .sentence = "The same: from scene light to the screen."},
+    {.name = "bits",
+     .kind = OPTION_CHOICE,
+     .argument = "N",
+     .initial = "8 for .png, 16 for .exr",
+     .choices = "8|16|32",
+     .sentence = "Bits a channel: .png takes 8 or 16, .exr 16 or 32."},
+    {.name = "quality",
+     .kind = OPTION_INTEGER,
+     .argument = "N",
+     .initial = "92",
+     .low = 1,
+     .high = 100,
+     .sentence = "Of .jpg and .webp."},
+    OPTION_ALLOW_OUTSIDE,
+    OPTION_QUIET("No notes."),
+    {0},
+};
+
+static ExitCode convert_scene(rf_engine *engine, const char *in, const char *out, const Args *args)
+{
+  rf_scene *scene = NULL;
+  ExitCode code = scene_open(&scene, engine, in, args_has(args, "allow-outside"));
+  if (!code && !args_has(args, "quiet")) say_notes(scene);
+  if (!code && !rf_scene_save(scene, out)) code = fail_library(engine);
+  rf_scene_destroy(scene);
+  return code;
+}
+
+static ExitCode convert_picture(rf_engine *engine, const char *in, const char *out, const Args *args)
+{
+  rf_develop_def develop = rf_default_develop_def();
+  rf_save_def save = rf_default_save_def();
+  const char *tone_curve = args_text(args, "tone-curve");
+  if (tone_curve) develop.tone_curve = tone_curve;
+  develop.exposure = (float)args_real(args, "exposure", 0);
+  save.bits = (int)args_integer(args, "bits", 0);
+  save.quality = (int)args_integer(args, "quality", 0);
+  return rf_image_convert(engine, in, out, &develop, &save) ? EXIT_DONE : fail_library(engine);
+}
+
+// What cannot be made of what, before anything is read.
+static ExitCode check_pair(rf_engine *engine, const char *in, const char *out, bool is_scene)
+{
+  const bool is_picture_out = rf_can_save(engine, out), is_scene_out = path_is_any(out, SCENE_OUTPUTS);
+  if (is_scene ? is_scene_out : is_picture_out) return output_check(out);
+  if (is_scene && is_picture_out)
+    return fail(EXIT_USAGE, "%s is a scene and %s a picture; use `rayfold render %s -o %s`", in, out, in,
+                out);
+  if (is_scene) return fail(EXIT_USAGE, "%s: a scene or model can become .json, .ply, .obj or .stl", out);
+  if (is_scene_out)
+    return fail(EXIT_USAGE, "%s is not a scene or model (" SCENE_INPUTS "), but %s would be", in, out);
+  return fail(EXIT_USAGE, "%s: a picture can become .png, .jpg, .webp, .exr, .hdr or .pfm", out);
+}
+
+static ExitCode run_convert(const Args *args)
+{
+  const char *in = args->operands[0], *out = args->operands[1];
+  const bool is_scene = path_is_any(in, SCENE_INPUTS);
+  rf_engine *engine = NULL;
+  ExitCode code = engine_open(&engine, 0, NULL);
+  if (!code) code = check_pair(engine, in, out, is_scene);
+  if (!code) code = is_scene ? convert_scene(engine, in, out, args) : convert_picture(engine, in, out, args);
+  rf_engine_destroy(engine);
+  return code;
+}
+
+const Command command_convert = {
+    .name = "convert",
+    .sentence = "Convert a scene or model into another format, or a picture into another.",
+    .operands = "IN OUT",
+    .least = 2,
+    .most = 2,
+    .operand_kind = OPERAND_FILE,
+    .usage = "[OPTION]...",
+    .text = "A scene or model (.json .obj .gltf .glb .ply .stl) becomes .json (with its meshes in files "
+            "beside it), or "
+            "one mesh in .ply, .obj or .stl. A picture becomes .png, .jpg, .webp, .exr, .hdr or .pfm.",
+    .example = "rayfold convert bunny.glb bunny.ply",
+    .options = convert_options,
+    .run = run_convert,
+};
