@@ -1,0 +1,346 @@
+#!/bin/sh
+# The program from outside: every command and option, the exit code and the message for each kind of bad input, that
+# no failure touches a file that was there, and that the picture's hash does not depend on how it was made.
+# Usage: cli.sh PATH/TO/rayfold
+set -u
+rayfold=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
+top=$(cd "$(dirname "$0")/.." && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+cp "$top/scenes/cornell.json" "$top/scenes/furnace.json" .
+unset NO_COLOR
+checks=0
+failures=0
+
+failed() {
+  failures=$((failures + 1))
+  echo "FAIL: $*"
+  sed 's/^/      /' err | head -4
+}
+
+# expect CODE PATTERN ARGUMENT...: runs rayfold; its exit code must be CODE and its stderr hold PATTERN (a basic
+# regular expression, empty for any). What it printed is in the files out and err.
+expect() {
+  code=$1 pattern=$2
+  shift 2
+  "$rayfold" "$@" >out 2>err </dev/null
+  got=$?
+  checks=$((checks + 1))
+  [ $got -eq "$code" ] || failed "rayfold $*: exit code $got, wanted $code"
+  [ -z "$pattern" ] || grep -q -e "$pattern" err || failed "rayfold $*: stderr lacks \"$pattern\""
+  [ "$code" -eq 0 ] || grep -q '^rayfold: ' err || failed "rayfold $*: no message"
+}
+# has PATTERN FILE
+has() {
+  checks=$((checks + 1))
+  grep -q -e "$1" "$2" || failed "$2 lacks \"$1\""
+}
+# same A B WHAT
+same() {
+  checks=$((checks + 1))
+  [ "$1" = "$2" ] || failed "$3: \"$1\" is not \"$2\""
+}
+hash_of() {
+  "$rayfold" render "$@" -o hash --quiet 2>err </dev/null || failed "rayfold render $*"
+}
+small="--size 24x16 --spp 2 --quiet"
+
+# --- help, manual page, completion -----------------------------------------------------------------
+render_options="output size spp time noise camera seed integrator max-depth threads isa set aov no-effects samples bits
+  quality allow-outside stats quiet help"
+convert_options="exposure tone-curve bits quality allow-outside quiet help"
+expect 0 '' man
+cp out rayfold.1
+expect 0 '' completion bash
+cp out completion.bash
+expect 0 '' completion zsh
+cp out completion.zsh
+expect 0 '' completion fish
+cp out completion.fish
+options_of() { # command, options
+  expect 0 '' "$1" --help
+  cp out page
+  expect 0 '' help "$1"
+  same "$(cat page)" "$(cat out)" "help $1"
+  has "rayfold $1" rayfold.1
+  for option in $2; do
+    has "--$option" page
+    has "\\\\-\\\\-$(echo "$option" | sed 's/-/\\\\-/g')" rayfold.1
+    has "--$option" completion.bash
+    has "--$option" completion.zsh
+    has "seen_subcommand_from $1. -l $option" completion.fish
+  done
+}
+options_of render "$render_options"
+options_of convert "$convert_options"
+options_of info "allow-outside quiet help"
+options_of validate "allow-outside quiet help"
+for command in schema manual man completion help; do options_of $command help; done
+expect 0 '' --version
+has '^rayfold [0-9]*\.[0-9]*\.[0-9]*$' out
+has 'PNG' out
+expect 0 '' --help
+expect 0 '' help
+for command in render convert info validate schema manual man completion help; do has "^  $command " out; done
+for code in 0 64 65 66 70 73 75; do has "^  $code " out; done
+command -v bash >/dev/null && { bash -n completion.bash 2>err || failed "completion bash does not parse"; }
+command -v zsh >/dev/null && { zsh -n completion.zsh 2>err || failed "completion zsh does not parse"; }
+command -v fish >/dev/null && { fish -n completion.fish 2>err || failed "completion fish does not parse"; }
+command -v mandoc >/dev/null && same "$(mandoc -T lint -W warning rayfold.1)" "" "mandoc -T lint"
+
+# --- wrong command lines: found before anything is loaded ------------------------------------------
+"$rayfold" >out 2>err
+same $? 64 "rayfold alone"
+expect 64 'did you mean "render"' redner cornell.json
+expect 64 'help. lists' xyzzy
+expect 64 'did you mean "--size"' render cornell.json -o a.png --sise 8x8
+expect 64 'no option --film' render cornell.json -o a.png --film f
+expect 64 'no option -x' render cornell.json -x
+expect 64 'needs SCENE' render -o a.png
+expect 64 'one word too many' render cornell.json other.json -o a.png
+expect 64 'needs -o' render missing.json
+expect 64 'needs a value' render missing.json -o
+expect 64 'needs a value' render missing.json -o a.png --spp --quiet
+expect 64 'takes no value' render missing.json -o a.png --quiet=yes
+expect 64 'given twice' render missing.json -o a.png --spp 3 --spp 4
+expect 64 'pgn' render missing.json -o a.pgn
+expect 64 'WxH' render missing.json -o a.png --size 8
+expect 64 'size' render missing.json -o a.png --size 0x8
+expect 64 'spp' render missing.json -o a.png --spp 0
+expect 64 'whole number' render missing.json -o a.png --spp 1e3
+expect 64 'seed' render missing.json -o a.png --seed -1
+expect 64 'max-depth' render missing.json -o a.png --max-depth 1000
+expect 64 'path' render missing.json -o a.png --integrator pth
+expect 64 'time' render missing.json -o a.png --time 0
+expect 64 'noise' render missing.json -o a.png --noise nan
+expect 64 'one of auto' render missing.json -o a.png --isa v9
+expect 64 'threads' render missing.json -o a.png --threads -2
+expect 64 'did you mean "albedo"' render missing.json -o a.png --aov depth,albdo
+expect 64 'A:B' render missing.json -o a.png --samples 8
+expect 64 'A:B' render missing.json -o a.png --samples 8:8
+expect 64 'overlap' render missing.json -o a.png --samples 0:8 --samples 7:9
+expect 64 'time' render missing.json -o a.png --samples 0:8 --time 3
+expect 64 'ends after' render missing.json -o a.png --samples 0:8 --spp 4
+expect 64 'one of 8' render missing.json -o a.png --bits 12
+expect 64 '8 or 16' render missing.json -o a.png --bits 32
+expect 64 'quality' render missing.json -o a.jpg --quality 101
+expect 64 'PATH=VALUE' render cornell.json -o a.png --set foo
+expect 64 'did you mean' render cornell.json -o a.png --set materials.whit.albedo=0.5
+expect 64 'materials.white.albedo' render cornell.json -o a.png --set materials.white.albedo=2
+expect 64 'camera' render cornell.json -o a.png --camera nobody
+expect 64 'one of bash' completion tcsh
+expect 64 'needs IN OUT' convert cornell.json
+expect 64 'did you mean "schema"' help shema
+same "$(ls ./*.png 2>/dev/null)" "" "files made by wrong command lines"
+
+# --- outputs that cannot be written ----------------------------------------------------------------
+expect 73 'nowhere' render missing.json -o nowhere/a.png
+expect 73 'nowhere' render missing.json -o hash --stats nowhere/s.json
+expect 73 'not a folder' render missing.json -o cornell.json/a.png
+mkdir folder.png
+expect 73 'folder.png' render missing.json -o folder.png
+expect 73 'nowhere' convert cornell.json nowhere/a.json
+echo before >kept.pfm
+echo before >kept.json
+(ulimit -f 1 && exec "$rayfold" render cornell.json -o kept.pfm --size 64x64 --spp 1 --quiet) >out 2>err
+same $? 73 "exit code on a full disk"
+has '^rayfold: .*kept.pfm' err
+same "$(cat kept.pfm)" before "a picture that was there, after a full disk"
+same "$(ls | grep -c 'kept.pfm')" 1 "files left behind by a full disk"
+"$rayfold" render cornell.json -o hash $small 2>err >&-
+same $? 73 "exit code with stdout closed"
+"$rayfold" schema 2>err >/dev/full
+same $? 73 "exit code with stdout full"
+{ sleep 0.3; "$rayfold" manual 2>err; echo $? >rc; } | true
+same "$(cat rc)" 73 "exit code with the pipe closed"
+
+# --- broken inputs ---------------------------------------------------------------------------------
+# broken FILE PATTERN [CODE]: neither rendering nor checking it may succeed, and an existing output stays.
+broken() {
+  echo before >kept.png
+  expect "${3:-65}" "$2" render "$1" -o kept.png $small
+  expect "${3:-65}" "$2" validate "$1" --quiet
+  same "$(cat kept.png)" before "a picture that was there, after $1"
+}
+with_shape() { # file to name, name of the scene
+  printf '{"rayfold": 1, "objects": [{"shape": {"kind": "mesh", "file": "%s"}}]}\n' "$1" >"$2"
+}
+broken missing.json missing.json 66
+expect 66 missing info missing.json
+expect 66 missing convert missing.obj a.ply
+expect 66 missing convert missing.png a.jpg
+with_shape gone.ply names_gone.json
+broken names_gone.json gone.ply 66
+cp cornell.json cornell.text
+broken cornell.text cornell.text
+printf '' >empty.json
+broken empty.json empty.json
+printf '{ "rayfold": 1, "objcts": [] }' >key.json
+broken key.json 'key.json:1:.*did you mean "objects"'
+printf '{ "rayfold": 1, "render": { "spp": "many" } }' >type.json
+broken type.json 'type.json:1:.*spp'
+printf '{ "rayfold": 1, "render": { "spp": -4 } }' >range.json
+broken range.json 'range.json:1:.*spp'
+printf '{ "rayfold": 1, "objects": [ {"shape": {"kind": "cube"}} ] }' >kind.json
+broken kind.json 'kind.json:1:.*cube'
+printf '{ "rayfold": 1, "objects": [ {"shape": {"kind": "box"}, "material": "galss"} ], "materials": {"glass": {"kind": "glass"}} }' >name.json
+broken name.json 'did you mean "glass"'
+head -c 300 cornell.json >cut.json
+broken cut.json 'cut.json:'
+awk 'BEGIN { for (i = 0; i < 100000; i++) printf "["; print "" }' >deep.json
+broken deep.json deep.json
+awk 'BEGIN { for (i = 0; i < 100000; i++) printf "{\"objects\":"; print "" }' >deeper.json
+broken deeper.json deeper.json
+with_shape self.json self.json
+broken self.json self.json
+with_shape b.json a.json
+with_shape a.json b.json
+broken a.json 'json'
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n' >index.obj
+broken index.obj 'index.obj'
+printf 'v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n' >nan.obj
+broken nan.obj 'nan.obj'
+ply() { printf 'ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face %s\nproperty list uchar int vertex_indices\nend_header\n%b' "$1" "$2"; }
+ply 1 '0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n' >good.ply
+expect 0 '' validate good.ply
+has '^good.ply: ok$' out
+ply 1 '0 0 0\n1 0 0\n0 nan 0\n3 0 1 2\n' >nan.ply
+broken nan.ply nan.ply
+ply 1 '0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n' >index.ply
+broken index.ply index.ply
+ply 1 '0 0 0\n1 0 0\n' >cut.ply
+broken cut.ply cut.ply
+ply 4000000000 '0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n' >huge.ply
+broken huge.ply huge.ply
+printf 'glTF\002\000\000\000\100\000\000\000\060\000\000\000JSON{"asset":{"ver' >cut.glb
+broken cut.glb cut.glb
+printf 'glTF' >header.glb
+broken header.glb header.glb
+head -c 90 /dev/zero >zero.stl
+broken zero.stl zero.stl
+# A mesh of no triangles is no fault of the renderer's: an error or an empty picture, never a crash.
+ply 0 '0 0 0\n1 0 0\n0 1 0\n' >none.ply
+"$rayfold" render none.ply -o none.png $small >out 2>err
+code=$?
+checks=$((checks + 1))
+[ $code -eq 0 ] || [ $code -eq 65 ] || failed "a mesh of no triangles: exit code $code"
+expect 0 '' render cornell.json -o whole.png $small
+head -c 60 whole.png >cut.png
+printf '{"rayfold": 1, "textures": {"t": {"kind": "image", "file": "cut.png"}},
+ "materials": {"m": {"kind": "lambert", "albedo_texture": "t"}},
+ "objects": [{"shape": {"kind": "box"}, "material": "m"}]}' >texture.json
+broken texture.json cut.png
+expect 65 cut.png convert cut.png a.jpg
+mkdir inside
+cp whole.png outside.png
+sed 's/cut.png/..\/outside.png/' texture.json >inside/scene.json
+broken inside/scene.json 'allow-outside'
+expect 0 '' render inside/scene.json -o kept.png $small --allow-outside
+expect 0 '' validate inside/scene.json --allow-outside
+
+# --- what works ------------------------------------------------------------------------------------
+expect 0 '' validate cornell.json furnace.json good.ply
+same "$(grep -c ': ok$' out)" 3 "lines of validate"
+expect 65 'key.json' validate cornell.json key.json furnace.json
+same "$(grep -c ': ok$' out)" 2 "lines of validate"
+expect 0 '' info cornell.json
+has '[0-9]' out
+expect 0 '' schema
+has '2020-12' out
+expect 0 '' manual
+has 'roughness' out
+for format in png jpg webp exr hdr pfm; do
+  "$rayfold" --version | grep -i "^$format.*not in" >/dev/null && continue
+  "$rayfold" --version | grep -i '^openexr.*not in' >/dev/null && [ $format = exr ] && continue
+  "$rayfold" --version | grep -i '^jpeg.*not in' >/dev/null && [ $format = jpg ] && continue
+  expect 0 '' render cornell.json -o out.$format $small
+  [ -s out.$format ] || failed "out.$format is not there"
+  expect 0 '' convert out.$format back.pfm
+  expect 0 '' convert out.pfm back.$format --exposure 1 --tone-curve linear
+done
+expect 0 '' render cornell.json -o two.png -otwo.pfm $small --bits=16 --no-effects --aov depth,normal
+[ -s two.png ] && [ -s two.pfm ] || failed "two outputs"
+expect 0 "" render -o set.png $small --max-depth 1 --integrator normal --set develop.exposure=1 \
+  --set sky.color=#203040 --set sky.gain=0.5 -- cornell.json
+expect 0 '' convert good.ply copy.obj
+expect 0 '' convert copy.obj copy.stl
+expect 0 '' convert copy.stl copy.json
+expect 0 '' validate copy.json --quiet
+expect 64 'rayfold render' convert good.ply a.png
+expect 64 'scene or model' convert whole.png a.obj
+expect 0 '' render good.ply -o bare.png $small
+expect 0 'note\|progress\|spp' render cornell.json -o quiet.png --size 24x16 --spp 2
+has '^quiet.png: 24x16, 2 spp, .* Mrays/s$' err
+has '^progress [01]\.[0-9][0-9] eta [0-9]*$' err
+expect 0 '' render cornell.json -o quiet.png $small
+same "$(cat out err)" "" "what --quiet prints"
+expect 0 '' render cornell.json -o hash $small
+same "$(grep -c '^[0-9a-f]\{16\}$' out)$(wc -l <out | tr -d ' ')" 11 "what -o hash prints"
+hash=$(cat out)
+expect 0 '' render cornell.json -o quiet.png $small --stats stats.json
+for key in version isa threads scene size samples seconds load prepare render write rays camera bounce shadow nodes prims \
+  triangles memory geometry textures peak; do has "\"$key\":" stats.json; done
+has "\"hash\": \"$hash\"" stats.json
+command -v python3 >/dev/null && { python3 -m json.tool stats.json >out 2>err || failed "stats.json is not JSON"; }
+same "$(ls | grep -c 'part$')" 0 "temporary files left"
+expect 0 '' render cornell.json -o timed.png --size 24x16 --time 0.3
+has ' [0-9]* spp, 0\.[3-9]' err
+expect 0 '' render cornell.json -o noisy.png --size 24x16 --noise 0.5 --time 5
+
+# --- the picture is a function of the scene and settings only --------------------------------------
+base="cornell.json --size 40x30 --seed 7"
+hash=$(hash_of $base --spp 16)
+for threads in 1 2 5; do same "$(hash_of $base --spp 16 --threads $threads)" "$hash" "hash with $threads threads"; done
+for isa in ref v2 v3 v4; do
+  "$rayfold" render $base --spp 1 --isa $isa -o hash --quiet >out 2>err
+  [ $? -eq 64 ] && continue # not on this machine
+  same "$(hash_of $base --spp 16 --isa $isa)" "$hash" "hash with --isa $isa"
+done
+same "$(hash_of $base --samples 0:8 --samples 8:16)" "$hash" "hash of merged halves"
+same "$(hash_of $base --samples 11:16 --samples 0:3 --samples 3:11)" "$hash" "hash of merged thirds in disorder"
+other=$(hash_of cornell.json --size 40x30 --seed 8 --spp 16)
+checks=$((checks + 1))
+[ "$other" != "$hash" ] || failed "another seed gives the same picture"
+checks=$((checks + 1))
+[ "$(hash_of $base --samples 0:8)" != "$(hash_of $base --samples 8:16)" ] || failed "both halves are the same"
+
+# --- Ctrl-C ----------------------------------------------------------------------------------------
+stop() { # signal, second signal or "", size; the exit code is in rc, what was said in err
+  rm -f stopped.pfm
+  "$rayfold" render cornell.json -o stopped.pfm --size "$3" --spp 524288 >out 2>err &
+  pid=$!
+  i=0
+  until grep -q progress err || [ $i -ge 50 ]; do
+    sleep 0.1
+    i=$((i + 1))
+  done
+  kill -"$1" $pid
+  [ -z "$2" ] || { sleep 0.2; kill -"$2" $pid; }
+  wait $pid
+  rc=$?
+}
+for signal in INT TERM; do
+  stop $signal "" 32x32
+  same $rc 75 "exit code after SIG$signal"
+  has 'saved these.*run the same command again' err
+  [ -s stopped.pfm ] || failed "SIG$signal saved nothing"
+  same "$(head -c 2 stopped.pfm)" PF "the picture saved at SIG$signal"
+done
+stop INT INT 3000x3000
+same $rc 75 "exit code after the second SIGINT"
+has 'nothing was saved' err
+same "$(ls | grep -c stopped)" 0 "files after the second SIGINT"
+
+# --- on a terminal ---------------------------------------------------------------------------------
+if command -v script >/dev/null; then
+  SHELL=/bin/sh script -qec "stty cols 60; TERM=xterm NO_COLOR=1 '$rayfold' render cornell.json -o t.png --size 64x64 --time 1" \
+    /dev/null </dev/null >out 2>err
+  has 'spp' out
+  tr '\r' '\n' <out | sed 's/.\[K//g' | awk 'length($0) > 60 && !/^t.png/ { exit 1 }' || failed "a progress line is too wide"
+  checks=$((checks + 1))
+  grep -q "$(printf '\033')\\[36m" out && failed "colour in spite of NO_COLOR"
+fi
+
+echo "$checks checks, $failures failed"
+[ $failures -eq 0 ]
