@@ -24,16 +24,31 @@ ExitCode scene_open(rf_scene **scene, rf_engine *engine, const char *path, bool 
   return *scene ? EXIT_DONE : fail_library(engine);
 }
 
+// Bytes of the UTF-8 sequence at s, 0 where there is none. File names may hold anything.
+static size_t utf8_length(const unsigned char *s)
+{
+  const size_t n = s[0] < 0x80                   ? 1
+                   : s[0] >= 0xc2 && s[0] < 0xe0 ? 2
+                   : s[0] >= 0xe0 && s[0] < 0xf0 ? 3
+                   : s[0] >= 0xf0 && s[0] < 0xf5 ? 4
+                                                 : 0;
+  for (size_t i = 1; i < n; i++)
+    if ((s[i] & 0xc0) != 0x80) return 0;
+  return n;
+}
+
 void json_print_text(FILE *out, const char *text)
 {
   fputc('"', out);
-  for (const char *c = text; *c; c++) {
+  for (const unsigned char *c = (const unsigned char *)text; *c;) {
+    const size_t n = utf8_length(c);
     if (*c == '"' || *c == '\\')
       fprintf(out, "\\%c", *c);
-    else if ((unsigned char)*c < 0x20)
-      fprintf(out, "\\u%04x", (unsigned)*c);
+    else if (*c < 0x20 || n == 0)
+      fprintf(out, "\\u%04x", n ? *c : 0xfffdu);
     else
-      fputc(*c, out);
+      fwrite(c, 1, n, out);
+    c += n ? n : 1;
   }
   fputc('"', out);
 }

@@ -26,7 +26,8 @@ static const Option render_options[] = {
      .repeats = true,
      .sentence =
          "Where the picture goes; the extension picks the format: .png, .jpg and .webp hold the developed "
-         "picture, .exr (with all AOVs), .hdr and .pfm linear radiance. \"hash\" prints the picture's hash."},
+         "picture, .exr (with all AOVs), .hdr and .pfm linear radiance. \"hash\" prints the hash of the "
+         "picture and its AOVs."},
     {.name = "size",
      .kind = OPTION_TEXT,
      .argument = "WxH",
@@ -169,31 +170,51 @@ static bool is_hash(const char *output)
   return !strcmp(output, "hash");
 }
 
-static bool writes_exr(const Args *a)
+static bool is_exr(const char *output)
+{
+  return path_is_any(output, ".exr");
+}
+
+static bool writes(const Args *a, bool (*is_such)(const char *output))
 {
   const char *output;
   for (size_t i = 0; (output = args_next(a, "output", &i));)
-    if (path_is_any(output, ".exr")) return true;
+    if (is_such(output)) return true;
   return false;
 }
 
 static ExitCode check_bits(const char *output, const char *bits)
 {
-  const bool png = path_is_any(output, ".png"), exr = path_is_any(output, ".exr");
+  const bool png = path_is_any(output, ".png"), exr = is_exr(output);
   if ((png && !strcmp(bits, "32")) || (exr && !strcmp(bits, "8")))
     return fail(EXIT_USAGE, "--bits %s: %s takes %s", bits, output, png ? "8 or 16" : "16 or 32");
   return EXIT_DONE;
 }
 
+// What rf_can_save() refuses: a format left out of this build, or a slip in the extension.
+static ExitCode fail_format(const char *output)
+{
+  static const char formats[] = ".png|.jpg|.jpeg|.webp|.exr|.hdr|.pfm";
+  const char *extension = path_extension(output);
+  if (path_is_any(output, formats))
+    return fail(EXIT_USAGE, "-o %s: this build cannot write %s; `rayfold --version` tells why", output,
+                extension);
+  if (!*extension)
+    return fail(EXIT_USAGE, "-o %s: the name needs an extension, as in %s.png; or it is \"hash\"", output,
+                output);
+  char names[8][40], hint[160];
+  Nearest n = nearest_begin(extension);
+  size_t i = 0;
+  for (const char *rest = formats; i < 8 && next_choice(&rest, names[i]); i++) nearest_try(&n, names[i]);
+  nearest_hint(&n, "", hint);
+  return fail(EXIT_USAGE, "-o %s: \"%s\" is no picture format%s", output, extension,
+              *hint ? hint : "; take .png, .jpg, .webp, .exr, .hdr or .pfm");
+}
+
 static ExitCode check_output(const Render *r, const char *output)
 {
   if (is_hash(output)) return EXIT_DONE;
-  if (!rf_can_save(r->engine, output)) {
-    const char *text = "";
-    rf_error(r->engine, &text);
-    return fail(EXIT_USAGE, "-o %s: %s", output,
-                *text ? text : "the extension is none of .png .jpg .webp .exr .hdr .pfm; or use \"hash\"");
-  }
+  if (!rf_can_save(r->engine, output)) return fail_format(output);
   const char *bits = args_text(r->args, "bits");
   const ExitCode code = bits ? check_bits(output, bits) : EXIT_DONE;
   return code ? code : output_check(output);
@@ -243,7 +264,7 @@ static ExitCode read_planes(Render *r)
   const char *list = args_text(r->args, "aov");
   r->planes = RF_BEAUTY;
   if (!list) {
-    if (writes_exr(r->args)) r->planes = RF_ALL_PLANES;
+    if (writes(r->args, is_exr)) r->planes = RF_ALL_PLANES;
     return EXIT_DONE;
   }
   while (*list) {
@@ -254,6 +275,9 @@ static ExitCode read_planes(Render *r)
     if (code) return code;
     list += n + (list[n] == ',');
   }
+  if (r->planes != RF_BEAUTY && !writes(r->args, is_exr) && !writes(r->args, is_hash))
+    return fail(EXIT_USAGE,
+                "--aov: only .exr holds planes beside the picture; add an output like -o picture.exr");
   return EXIT_DONE;
 }
 
@@ -454,18 +478,10 @@ static ExitCode write_pictures(Render *r)
   return first;
 }
 
-static bool wants_hash(const Args *a)
-{
-  const char *output;
-  for (size_t i = 0; (output = args_next(a, "output", &i));)
-    if (is_hash(output)) return true;
-  return false;
-}
-
 static ExitCode write_hash_and_stats(Render *r)
 {
   const char *path = args_text(r->args, "stats");
-  const bool hash = wants_hash(r->args);
+  const bool hash = writes(r->args, is_hash);
   ExitCode code = EXIT_DONE;
   if (hash || path) r->stats.hash = rf_film_hash(r->film);
   if (hash) {

@@ -104,7 +104,8 @@ expect 64 'needs a value' render missing.json -o
 expect 64 'needs a value' render missing.json -o a.png --spp --quiet
 expect 64 'takes no value' render missing.json -o a.png --quiet=yes
 expect 64 'given twice' render missing.json -o a.png --spp 3 --spp 4
-expect 64 'pgn' render missing.json -o a.pgn
+expect 64 'did you mean ".png"' render missing.json -o a.pgn
+expect 64 'needs an extension' render missing.json -o a
 expect 64 'WxH' render missing.json -o a.png --size 8
 expect 64 'size' render missing.json -o a.png --size 0x8
 expect 64 'spp' render missing.json -o a.png --spp 0
@@ -116,7 +117,8 @@ expect 64 'time' render missing.json -o a.png --time 0
 expect 64 'noise' render missing.json -o a.png --noise nan
 expect 64 'one of auto' render missing.json -o a.png --isa v9
 expect 64 'threads' render missing.json -o a.png --threads -2
-expect 64 'did you mean "albedo"' render missing.json -o a.png --aov depth,albdo
+expect 64 'did you mean "albedo"' render missing.json -o hash --aov depth,albdo
+expect 64 'only .exr' render missing.json -o a.png --aov depth
 expect 64 'A:B' render missing.json -o a.png --samples 8
 expect 64 'A:B' render missing.json -o a.png --samples 8:8
 expect 64 'overlap' render missing.json -o a.png --samples 0:8 --samples 7:9
@@ -259,7 +261,7 @@ for format in png jpg webp exr hdr pfm; do
   expect 0 '' convert out.$format back.pfm
   expect 0 '' convert out.pfm back.$format --exposure 1 --tone-curve linear
 done
-expect 0 '' render cornell.json -o two.png -otwo.pfm $small --bits=16 --no-effects --aov depth,normal
+expect 0 '' render cornell.json -o two.png -otwo.pfm $small --bits=16 --no-effects
 [ -s two.png ] && [ -s two.pfm ] || failed "two outputs"
 expect 0 "" render -o set.png $small --max-depth 1 --integrator normal --set develop.exposure=1 \
   --set sky.color=#203040 --set sky.gain=0.5 -- cornell.json
