@@ -4,10 +4,10 @@
 
 #include "scene/gltf.h"
 
+#include "scene/import.h"
 #include "scene/uri.h"
 
 #include <string.h>
-#include <unistd.h>
 
 // Names are kept apart by comparing them all, so their number is limited; no honest file comes near.
 enum { MOST_TEXTURES = 8192 };
@@ -18,24 +18,15 @@ static void note_missing(Gltf *g, size_t image_i, const char *why)
 }
 
 // --- images ---------------------------------------------------------------------------------------
-// The name stays relative to the model's folder, as everywhere in a scene; it is resolved here only to see that the
-// file is there and may be read.
 static void find_file(Gltf *g, size_t image_i, const char *uri, GltfImage *image)
 {
-  Text name = {0}, path = {0};
+  Text name = {0};
   Err why = {0};
-  const bool allow_outside = g->options && g->options->allow_outside;
-  bool ok = uri_decode_name(&name, uri, &why) &&
-            path_resolve(&path, g->path, text_get(&name), g->options ? g->options->root : NULL, allow_outside,
-                         &why);
-  if (ok && access(text_get(&path), R_OK))
-    ok = err_set(&why, ERR_NOT_FOUND, "there is no file \"%s\"", text_get(&path));
-  if (ok)
-    image->file = arena_text(&g->scene->arena, text_get(&name));
+  if (uri_decode_name(&name, uri, &why))
+    image->file = import_find_file(g->scene, g->path, g->path, text_get(&name), g->options);
   else
     note_missing(g, image_i, why.text);
   text_finish(&name);
-  text_finish(&path);
 }
 
 static bool keep_bytes(Gltf *g, const uint8_t *bytes, size_t size, GltfImage *image)
