@@ -358,8 +358,17 @@ TEST(meshopt_compression)
   CHECK_FLOATS(m->normals, 0.01, 0, 0, 1, 0, 0, 1, 0, 0.6f, 0.8f, 1, 0, 0);
   scene_destroy(s);
   must_fail(PACKED_QUAD("2000000000"), &b, "cannot hold 2000000000 compressed elements");
-  b.data[0] = 0x55;
-  must_fail(PACKED_QUAD("4"), &b, "compressed data is broken");
+  Bytes broken = b;
+  broken.data[0] = 0x55;
+  must_fail(PACKED_QUAD("4"), &broken, "compressed data is broken");
+  for (size_t i = 0; i < 8 * b.size; i++) { // any bit: a quad of other numbers, or an error
+    broken = b;
+    broken.data[i / 8] ^= (uint8_t)(1u << i % 8);
+    Err err;
+    s = load(PACKED_QUAD("4"), &broken, &err);
+    CHECK(s || err.text[0]);
+    scene_destroy(s);
+  }
 }
 #endif
 
