@@ -1,0 +1,178 @@
+// From a material and a surface point to what light does there: the Bsdf (lobes.h), emission and coverage. Hot.
+// Factors, textures and vertex colours are multiplied here; nothing below knows them.
+//
+// PBR follows glTF 2.0, appendix B, with its extensions ior, specular, transmission, clearcoat, emissive_strength.
+// It departs where glTF's own formulas gain or lose energy or are not reciprocal: diffuse takes what the specular
+// layer's albedo leaves (Kulla and Conty 2017), metals get their multiple reflections back (ibid.), the transmitting
+// part uses exact Fresnel instead of Schlick's. Rough glass is not compensated: it loses up to a fifth at roughness 1.
+
+#ifndef RAYFOLD_SHADE_BSDF_H
+#define RAYFOLD_SHADE_BSDF_H
+
+#include "shade/lobes.h"
+#include "shade/material.h"
+#include "shade/texture_lookup.h"
+
+// --- the shading normal ---------------------------------------------------------------------------
+// n moved just so far towards `to` that their cosine is at least a little.
+static inline Vec3 bend_towards(Vec3 n, Vec3 to)
+{
+  const float least = 1e-3f, cos = v3_dot(n, to);
+  return cos >= least ? n : v3_normalize(n + (2 * least - cos) * to);
+}
+
+// The normal map's normal on the front side: rgb 0..1 stands for -1..1 along tangent, bitangent and normal (glTF 2.0,
+// 3.9.3).
+static inline Vec3 mapped_normal(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s)
+{
+  if (m->normal_map.map < 0 || v3_is_zero(s->tangent)) return s->n;
+  const Vec3 c = 2 * texture_color(maps, m->normal_map, s->uv) - v3_all(1);
+  const Vec3 bitangent = s->tangent_sign * v3_cross(s->n, s->tangent);
+  const Vec3 n = v3_normalize(m->normal_scale * (c[0] * s->tangent + c[1] * bitangent) + c[2] * s->n);
+  return v3_is_zero(n) || !v3_is_finite(n) ? s->n : n;
+}
+
+// Normals on wo's side. The shading normal must see wo, or the surface would be black where it can be seen.
+static inline void bsdf_place(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s,
+                              Vec3 wo, Bsdf *b)
+{
+  const float side = s->is_back ? -1 : 1;
+  b->ng = side * s->ng;
+  b->frame = frame_around(bend_towards(bend_towards(side * mapped_normal(m, maps, s), b->ng), wo));
+}
+
+// --- the materials ----------------------------------------------------------------------------------
+static inline float smooth_or_rough(float roughness)
+{
+  return roughness < BSDF_SMOOTH_ROUGHNESS ? 0 : min_f(roughness, 1);
+}
+
+// Colours and factors that come from files may exceed what a surface can reflect.
+static inline Vec3 clamp_color(Vec3 c)
+{
+  return v3_min(v3_max(c, v3_all(0)), v3_all(1));
+}
+
+static inline void set_roughness(Bsdf *b, float roughness)
+{
+  b->roughness = smooth_or_rough(roughness);
+  b->alpha = b->roughness * b->roughness;
+}
+
+// The transmitting part with all but its reflectances. Equal indices bend nothing, so such a surface is treated as a
+// sheet; a sheet's light leaves it the way it came, spread less than refraction into a body would (Burley,
+// "Extending the Disney BRDF to a BSDF", 2015, section 5.2).
+static inline void set_glass(Bsdf *b, const SurfaceMaterial *m, bool is_back, float weight, Vec3 color)
+{
+  b->glass = weight;
+  b->tint = weight * color;
+  b->is_thin = m->is_thin_walled || fabsf(m->ior - 1) < 1e-3f;
+  b->eta = is_back && !b->is_thin ? 1 / m->ior : m->ior;
+  const float spread = smooth_or_rough(b->roughness * clamp_f(0.65f * m->ior - 0.35f, 0, 1));
+  b->thin_alpha = fabsf(m->ior - 1) < 1e-3f ? 0 : spread * spread;
+}
+
+// What a metal's microfacets reflect to and fro between them, as a factor of the two directions' missing energy
+// (Kulla and Conty 2017, with the squared mean Fresnel term of a second bounce: Turquin 2019, section 3.2). Schlick's
+// term has the mean f0 + (1 - f0) / 21.
+static inline Vec3 multiple_reflections(Vec3 f0, float roughness)
+{
+  const float e = ggx_albedo_mean(roughness).full, missing = max_f(1 - e, 1e-4f);
+  const Vec3 f = f0 + (v3_all(1) - f0) / 21;
+  return f * f * e / ((1 - f * (1 - e)) * missing);
+}
+
+static inline void set_coat(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s, Bsdf *b)
+{
+  if (m->clearcoat <= 0) return;
+  b->coat = clamp_f(m->clearcoat * texture_channel(maps, m->clearcoat_map, s->uv), 0, 1);
+  b->coat_roughness =
+      smooth_or_rough(m->clearcoat_roughness * texture_channel(maps, m->clearcoat_roughness_map, s->uv));
+  b->coat_alpha = b->coat_roughness * b->coat_roughness;
+  b->is_coat_behind = s->is_back && b->glass > 0 && !b->is_thin;
+}
+
+static inline void bsdf_pbr(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s,
+                            Vec3 base, Bsdf *b)
+{
+  const float metal = clamp_f(m->metallic * texture_channel(maps, m->metallic_map, s->uv), 0, 1);
+  const float through = clamp_f(m->transmission * texture_channel(maps, m->transmission_map, s->uv), 0, 1);
+  const float specular = clamp_f(m->specular * texture_channel(maps, m->specular_map, s->uv), 0, 1);
+  const Vec3 specular_color = m->specular_color * texture_color(maps, m->specular_color_map, s->uv);
+  const Vec3 f0 = specular * clamp_color(fresnel_f0(m->ior) * specular_color); // KHR_materials_specular
+  const float glass = (1 - metal) * through, plastic = (1 - metal) * (1 - through);
+  set_roughness(b, m->roughness * texture_channel(maps, m->roughness_map, s->uv));
+
+  b->f0 = metal * base + plastic * f0;
+  b->f90 = v3_all(metal + plastic * specular);
+  if (metal > 0) b->multiple = metal * multiple_reflections(base, b->roughness);
+  if (plastic > 0) {
+    b->cover0 = v3_max_lane(f0);
+    b->cover90 = specular;
+    const float covered = ggx_albedo(ggx_albedo_mean(b->roughness), b->cover0, b->cover90);
+    b->diffuse = plastic * base / max_f(1 - covered, 1e-4f);
+  }
+  if (glass > 0) {
+    set_glass(b, m, s->is_back, glass, base);
+    b->glass0 = f0;
+    b->glass90 = v3_all(specular);
+  }
+  set_coat(m, maps, s, b);
+}
+
+static inline void bsdf_glass(const SurfaceMaterial *m, const SurfacePoint *s, Vec3 color, Bsdf *b)
+{
+  set_roughness(b, m->roughness);
+  set_glass(b, m, s->is_back, 1, color);
+  b->glass0 = v3_all(fresnel_f0(m->ior));
+  b->glass90 = v3_all(1);
+}
+
+// The Bsdf of the material at s for light that leaves towards wo (unit, on the side s.is_back says).
+static inline void material_bsdf(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s,
+                                 Vec3 wo, Bsdf *out)
+{
+  *out = (Bsdf){.eta = 1};
+  bsdf_place(m, maps, s, wo, out);
+  const Vec3 color = clamp_color(m->color * texture_color(maps, m->color_map, s->uv) * v3_load(s->color));
+  switch ((SurfaceKind)m->kind) {
+  case SURFACE_PBR: bsdf_pbr(m, maps, s, color, out); return;
+  case SURFACE_LAMBERT: out->diffuse = color; return;
+  case SURFACE_MIRROR: out->f0 = out->f90 = color; return;
+  case SURFACE_GLASS: bsdf_glass(m, s, color, out); return;
+  case SURFACE_EMISSION: return;
+  }
+  unreachable();
+}
+
+// The colour a denoiser may divide by: about what the surface reflects or passes of light from all around, 0..1.
+static inline Vec3 bsdf_albedo(const Bsdf *b)
+{
+  const GgxAlbedo mean = ggx_albedo_mean(b->roughness);
+  const float under = b->cover90 > 0 ? 1 - ggx_albedo(mean, b->cover0, b->cover90) : 1;
+  const Vec3 specular = b->f0 * (mean.full - mean.edge) + b->f90 * mean.edge;
+  const Vec3 glass = b->glass * b->glass0 + b->tint * (1 - v3_max_lane(b->glass0));
+  const Vec3 base = b->diffuse * (under * under) + b->multiple * sqr_f(1 - mean.full) + specular + glass;
+  return clamp_color(base * (1 - b->coat * COAT_F0) + v3_all(b->coat * COAT_F0));
+}
+
+// Radiance emitted to the side the ray came from. A material that is not double-sided shines to the front only.
+static inline Vec3 material_emission(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s)
+{
+  if (v3_is_zero(m->emission) || (s->is_back && !m->is_double_sided)) return v3_all(0);
+  return m->emission * v3_max(texture_color(maps, m->emission_map, s->uv), v3_all(0));
+}
+
+// How much of the surface is there, 0..1: 1 when opaque, 0 or 1 when masked.
+static inline float material_opacity(const SurfaceMaterial *m, const TextureMap *maps, const Vec2 uv[2],
+                                     const float color[4])
+{
+  if (m->alpha_mode == SURFACE_OPAQUE) return 1;
+  const TextureRef alpha = {m->color_map.map, 3};
+  const float a =
+      m->opacity * color[3] * texture_channel(maps, alpha, uv) * texture_channel(maps, m->opacity_map, uv);
+  if (m->alpha_mode == SURFACE_MASK) return a >= m->alpha_cutoff ? 1 : 0;
+  return clamp_f(a, 0, 1);
+}
+
+#endif
