@@ -26,48 +26,55 @@ typedef enum EmitterKind {
 typedef struct Emitter {
   uint8_t kind;
   bool is_two_sided;
-  Vec3 p;          // point, spot, disk, sphere: centre; triangle: first vertex; quad: a corner
-  Vec3 x, y;       // triangle: edges from p; quad: sides from p; disk: radius vectors; spot: x is the unit axis
-  Vec3 color;      // radiance, or intensity of points and spots
-  float radius;    // sphere
+  Vec3 p;       // point, spot, disk, sphere: centre; triangle: first vertex; quad: a corner
+  Vec3 x, y;    // triangle: edges from p; quad: sides from p; disk: radius vectors; spot: x is the unit axis
+  Vec3 color;   // radiance, or intensity of points and spots
+  float radius; // sphere
   float cos_outer, cos_inner; // spot
-  float area;      // 0 for points and spots
-  int32_t map;     // TextureMap of the radiance, -1 none
-  float uv[3][2];  // of a triangle's vertices, for its map (already the map's uv set)
-  float mean_map;  // mean luminance of the map (1 without one), for the choice by power
+  float area;                 // of one side; 0 for points and spots
+  int32_t map;                // TextureMap of the radiance, -1 none; a sphere must have none
+  // Of a triangle's vertices, for its map (already the map's uv set). A quad's go 0..1 along x and y; a disk's are
+  // 0.5 + half its radius vectors' weights.
+  float uv[3][2];
+  float mean_map; // mean luminance of the map (1 without one), for the choice by power
 } Emitter;
 
 typedef struct Sun {
-  Vec3 direction;  // unit, towards it
-  Vec3 radiance;   // of the disk; for a disk of no size: irradiance at normal incidence
-  float cos_angle; // of the disk's radius; 1: no size, a delta light
+  Vec3 direction; // unit, towards it
+  Vec3 radiance;  // of the disk; for a disk of no size: irradiance at normal incidence
+  // 1 - cos of the disk's angular radius; 0: no size, a delta light. Kept in this form because the sun's cosine is
+  // within 1e-5 of 1, where a float has lost three digits of the solid angle.
+  float one_minus_cos;
 } Sun;
 
+// Constant: color everywhere. Gradient: from horizon to zenith and ground, linear in |d.y|. Image: the centre is
+// at -z, its top at +y, x to the right.
 typedef enum SkyMapKind { SKY_MAP_CONSTANT, SKY_MAP_GRADIENT, SKY_MAP_IMAGE } SkyMapKind;
 typedef struct SkyMap {
   uint8_t kind;
-  bool is_sampled;      // it varies, so it is worth aiming at
+  bool is_sampled; // it varies, so it is worth aiming at (set by light_set_build); else the BSDF finds it
   Vec3 color, horizon, ground; // constant: color; gradient: color is the zenith
-  Image image;          // equirectangular, float or half rgb, not owned
-  float gain;
-  float rotation;       // radians
+  Image image;                 // equirectangular, float or half rgb, not owned
+  float gain;                  // multiplies every kind
+  float rotation;              // radians, counter-clockwise seen from above
   // Piecewise-constant density over grid_width x grid_height equal cells of the image's (u, v) rectangle.
   uint32_t grid_width, grid_height;
-  float *row_cdf;       // grid_height + 1, owned by the LightSet's arena
-  float *cell_cdf;      // grid_height rows of grid_width + 1
+  float *row_cdf;  // grid_height + 1, owned by the LightSet's arena
+  float *cell_cdf; // grid_height rows of grid_width + 1, each from 0 to 1
 } SkyMap;
 
 typedef struct LightSet {
   Arena arena;
-  Emitter *emitters;    // in the arena
-  float *cdf;           // emitter_count + 1: choice by power, ends at 1
+  Emitter *emitters; // in the arena
+  float *cdf;        // emitter_count + 1: choice by power, ends at 1
   size_t emitter_count;
   Sun *suns;
   size_t sun_count;
   SkyMap sky;
-} LightSet;             // zero has no lights and a black sky
+} LightSet; // zero has no lights and a black sky
 
-// Copies emitters, suns and sky, and makes the tables for sampling. The sky's image must outlive the set.
+// Copies emitters, suns and sky, and makes the tables for sampling. The sky's image must outlive the set. What has no
+// finite positive power is never aimed at. Fails only when memory is out; *out is then zero.
 bool light_set_build(LightSet *out, const Emitter *emitters, size_t emitter_count, const Sun *suns,
                      size_t sun_count, const SkyMap *sky, Err *err);
 void light_set_finish(LightSet *s); // accepts zero
