@@ -5,6 +5,7 @@
 #include "scene/json.h"
 
 #include "base/mem.h"
+#include "base/number.h"
 
 #include <ctype.h>
 #include <jansson.h>
@@ -245,29 +246,36 @@ JsonMember js_next(const Json *dict, JsonMember m)
 }
 
 // --- writing --------------------------------------------------------------------------------------
+// The length of the UTF-8 sequence at p, 0 if it is none (RFC 3629: no overlong forms, no surrogates).
+static int utf8_length(const unsigned char *p)
+{
+  const int n = *p < 0x80 ? 1 : *p < 0xc2 ? 0 : *p < 0xe0 ? 2 : *p < 0xf0 ? 3 : *p < 0xf5 ? 4 : 0;
+  for (int i = 1; i < n; i++)
+    if ((p[i] & 0xc0) != 0x80) return 0; // also stops at the end of the text
+  if ((*p == 0xe0 && p[1] < 0xa0) || (*p == 0xed && p[1] > 0x9f)) return 0;
+  if ((*p == 0xf0 && p[1] < 0x90) || (*p == 0xf4 && p[1] > 0x8f)) return 0;
+  return n;
+}
+
+// Names from old model files may be in Latin-1; JSON must be UTF-8, so a stray byte becomes that character.
 void js_put_text(Text *out, const char *text)
 {
   text_add(out, "\"");
-  for (const unsigned char *p = (const unsigned char *)text; *p; p++) {
+  for (const unsigned char *p = (const unsigned char *)text; *p;) {
+    const int n = utf8_length(p);
     if (*p == '"' || *p == '\\') text_add(out, "\\%c", *p);
     else if (*p == '\n') text_add(out, "\\n");
-    else if (*p < 0x20 || *p == 0x7f) text_add(out, "\\u%04x", *p);
-    else text_add_n(out, (const char *)p, 1);
+    else if (*p < 0x20 || *p == 0x7f || !n) text_add(out, "\\u%04x", *p);
+    else text_add_n(out, (const char *)p, (size_t)n);
+    p += n ? n : 1;
   }
   text_add(out, "\"");
 }
 
 void js_put_number(Text *out, double x)
 {
-  char digits[40];
-  for (int precision = 1; precision <= 9; precision++) {
-    snprintf(digits, sizeof digits, "%.*g", precision, x);
-    double back = 0;
-    if (sscanf(digits, "%lf", &back) == 1 && (float)back == (float)x) break;
-  }
-  for (char *p = digits; *p; p++)
-    if (*p == ',') *p = '.'; // a host program may have set a locale
-  text_add(out, "%s", digits);
+  char digits[NUMBER_SIZE];
+  text_add_n(out, digits, number_format(digits, (float)x));
 }
 
 void js_put_value(Text *out, const Json *v)

@@ -49,4 +49,8 @@ void js_put_text(Text *out, const char *text);
 void js_put_number(Text *out, double x);
 void js_put_value(Text *out, const Json *v); // compact
 
+// Lays out compact JSON for people: two spaces a level, what fits in 100 columns on one line. The root dictionary is
+// always opened. compact must be valid, without blanks between its parts (what the functions above make).
+void js_layout(Text *out, const char *compact);
+
 #endif

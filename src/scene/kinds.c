@@ -136,34 +136,42 @@ static const Kind light_kinds[] = {
     KIND("sphere", light_sphere_fields, "A shining sphere."),
 };
 
-#define SINGLE(Type, name, noun, kinds, sentence) \
-  {name, noun, sizeof(Type), false, 0, 0, NULL, 0, 0, kinds, COUNT(kinds), sentence}
+#define FIELDS(table, member, Type) .common = table, .common_count = COUNT(table), .common_offset = offsetof(Type, member)
+#define KINDS(table, first, Type) \
+  .has_kind = true, .kind_offset = offsetof(Type, kind), .union_offset = offsetof(Type, first), .kinds = table, \
+  .kind_count = COUNT(table)
+#define ONE_KIND(table) .kinds = table, .kind_count = COUNT(table)
 
-const Group group_render = SINGLE(RenderSettings, "render", "render settings", render_kinds,
-                                  "How the picture is made.");
-const Group group_develop = SINGLE(DevelopSettings, "develop", "develop settings", develop_kinds,
-                                   "From light to the screen; float files do not see it.");
-const Group group_sky = {"sky", "sky", sizeof(Sky), true, offsetof(Sky, kind), offsetof(Sky, constant), NULL, 0, 0,
-                         sky_kinds, COUNT(sky_kinds), "What is seen where nothing is, and the light it gives."};
-const Group group_camera = {"camera", "camera", sizeof(Camera), true, offsetof(Camera, kind),
-                            offsetof(Camera, perspective), camera_fields, COUNT(camera_fields),
-                            offsetof(Camera, common), camera_kinds, COUNT(camera_kinds),
-                            "The eye. More of them, by name, stand in \"cameras\"."};
-const Group group_texture = {"textures", "texture", sizeof(Texture), true, offsetof(Texture, kind),
-                             offsetof(Texture, image), texture_fields, COUNT(texture_fields),
-                             offsetof(Texture, common), texture_kinds, COUNT(texture_kinds),
-                             "Pictures and patterns for materials, by name."};
-const Group group_material = {"materials", "material", sizeof(Material), true, offsetof(Material, kind),
-                              offsetof(Material, pbr), NULL, 0, 0, material_kinds, COUNT(material_kinds),
-                              "What surfaces are made of, by name."};
-const Group group_object = {"objects", "object", sizeof(Object), false, 0, 0, object_fields, COUNT(object_fields),
-                            offsetof(Object, common), object_kinds, COUNT(object_kinds),
-                            "A list of things: a shape, a material, a place."};
-const Group group_shape = {"shape", "shape", sizeof(Shape), true, offsetof(Shape, kind), offsetof(Shape, mesh),
-                           NULL, 0, 0, shape_kinds, COUNT(shape_kinds), "An object's form."};
-const Group group_light = {"lights", "light", sizeof(Light), true, offsetof(Light, kind), offsetof(Light, point),
-                           NULL, 0, 0, light_kinds, COUNT(light_kinds),
-                           "A list of lights; objects with an emissive material are lights, too."};
+const Group group_render = {"render", "render settings", sizeof(RenderSettings), ONE_KIND(render_kinds),
+                            .sentence = "How the picture is made."};
+const Group group_develop = {"develop", "develop settings", sizeof(DevelopSettings), ONE_KIND(develop_kinds),
+                             .sentence = "From light to the screen; float files do not see it."};
+const Group group_camera = {"camera", "camera", sizeof(Camera), .has_name = true, .kind_optional = true,
+                            FIELDS(camera_fields, common, Camera), KINDS(camera_kinds, perspective, Camera),
+                            .sentence = "The eye. More of them, by name, stand in \"cameras\"."};
+const Group group_cameras = {"cameras", "camera", sizeof(Camera), .has_name = true, .kind_optional = true,
+                             FIELDS(camera_fields, common, Camera), KINDS(camera_kinds, perspective, Camera),
+                             .sentence = "More cameras, by name."};
+const Group group_sky = {"sky", "sky", sizeof(Sky), KINDS(sky_kinds, constant, Sky),
+                         .sentence = "What is seen where nothing is, and the light it gives."};
+const Group group_texture = {"textures", "texture", sizeof(Texture), .has_name = true,
+                             FIELDS(texture_fields, common, Texture), KINDS(texture_kinds, image, Texture),
+                             .sentence = "Pictures and patterns for materials, by name."};
+const Group group_material = {"materials", "material", sizeof(Material), .has_name = true,
+                              KINDS(material_kinds, pbr, Material),
+                              .sentence = "What surfaces are made of, by name."};
+const Group group_shape = {"shape", "shape", sizeof(Shape), KINDS(shape_kinds, mesh, Shape),
+                           .sentence = "An object's form."};
+const Group group_object = {"objects", "object", sizeof(Object), .has_name = true,
+                            FIELDS(object_fields, common, Object), ONE_KIND(object_kinds),
+                            .nested = &group_shape, .nested_offset = offsetof(Object, shape),
+                            .sentence = "A list of things: a shape, a material, a place."};
+const Group group_light = {"lights", "light", sizeof(Light), .has_name = true, KINDS(light_kinds, point, Light),
+                           .sentence = "A list of lights; objects with an emissive material are lights, too."};
+
+_Static_assert(!offsetof(Camera, name) && !offsetof(Texture, name) && !offsetof(Material, name) &&
+                   !offsetof(Object, name) && !offsetof(Light, name),
+               "has_name means that the name comes first");
 
 void group_default(const Group *g, int32_t kind, void *object)
 {
@@ -172,6 +180,37 @@ void group_default(const Group *g, int32_t kind, void *object)
   if (g->common_count) fields_default(g->common, g->common_count, (char *)object + g->common_offset);
   const Kind *k = &g->kinds[g->has_kind ? kind : 0];
   if (k->field_count) fields_default(k->fields, k->field_count, (char *)object + g->union_offset);
+  if (g->nested) group_default(g->nested, 0, group_nested(g, object));
+  if (g == &group_shape) ((Shape *)object)->mesh_i = ((Shape *)object)->model_i = -1;
+}
+
+const Field *group_field_at(const Group *g, const void *object, size_t i, void **at)
+{
+  const Kind *k = group_kind(g, object);
+  const bool is_common = i < g->common_count;
+  if (!is_common) i -= g->common_count;
+  if (!is_common && i >= k->field_count) return NULL;
+  const Field *f = is_common ? &g->common[i] : &k->fields[i];
+  if (at) *at = group_field(g, object, f, is_common);
+  return f;
+}
+
+const Field *group_find_field(const Group *g, const void *object, const char *name, void **at)
+{
+  const Field *f;
+  for (size_t i = 0; (f = group_field_at(g, object, i, at)); i++)
+    if (!strcmp(f->name, name)) return f;
+  return NULL;
+}
+
+void *group_nested(const Group *g, const void *object)
+{
+  return g->nested ? (char *)(size_t)object + g->nested_offset : NULL;
+}
+
+const char **group_name(const Group *g, const void *object)
+{
+  return g->has_name ? (const char **)(size_t)object : NULL;
 }
 
 const Kind *group_kind(const Group *g, const void *object)

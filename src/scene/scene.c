@@ -191,7 +191,6 @@ int32_t scene_add_object(Scene *s, ShapeKind kind, const char *name)
   Object o;
   group_default(&group_object, 0, &o);
   group_default(&group_shape, (int32_t)kind, &o.shape);
-  o.shape.mesh_i = o.shape.model_i = -1;
   o.id = ++s->last_id;
   o.name = arena_text(&s->arena, name);
   if ((name && !o.name) || is_full(s->objects.count) || !array_push(&s->objects, o)) return -1;

@@ -16,6 +16,7 @@
 #include "base/array.h"
 #include "base/err.h"
 #include "base/notes.h"
+#include "base/text.h"
 #include "base/vec.h"
 #include "scene/field.h"
 
@@ -353,6 +354,8 @@ typedef struct Model { // a file that objects refer to
 struct Scene {
   Arena arena;         // owns all texts and slots
   const char *path;    // the file it came from; NULL if made by calls
+  const char *root;    // the folder files must lie in, as loaded; NULL: the folder of path
+  bool allow_outside;  // as loaded
   RenderSettings render;
   DevelopSettings develop;
   Sky sky;
@@ -394,11 +397,28 @@ typedef struct LoadOptions {
   const char *root;   // that folder; NULL: the folder of the file being loaded
   int depth;          // nesting of scenes in scenes, private
   const char *const *open_files; // the chain of files being loaded, `depth` of them, private
+  int *nested_count;  // how many files scenes inside scenes have loaded so far, private
 } LoadOptions;
 
 // Loads any scene or model by its extension (or its first bytes where that is missing). A model becomes a scene
 // with its own objects, materials, lights and cameras; has_camera and has_sky stay false if it has none.
 Scene *scene_load(const char *path, const LoadOptions *options, Err *err);
+
+// Where a file named in the scene (an image, a model) lies: relative to the scene's own file and inside its root.
+// options NULL: as the scene was loaded. Nothing is opened; the file may be missing.
+bool scene_file_path(const Scene *s, const char *file, const LoadOptions *options, Text *out, Err *err);
+
+// Can every file the scene names be read, those of its models too? Reports the first that cannot.
+bool scene_check_files(const Scene *s, Err *err);
+
+// The scene as canonical JSON: only what differs from defaults, in a fixed order; reading it back and writing it
+// again gives the same bytes. Meshes made by calls or importers are written out in full. Fails for pictures that
+// live inside a model file, and for numbers that are not finite.
+bool scene_write(const Scene *s, Text *out, Err *err);
+
+// The same into a file, whole or not at all; file names are made relative to it. Larger meshes and embedded pictures
+// become files of their own in the folder NAME.data beside it.
+bool scene_save(const Scene *s, const char *path, Err *err);
 
 // The importers: each appends to an empty scene. path is for messages and for finding neighbours.
 bool import_obj(Scene *s, const char *path, const LoadOptions *options, Err *err);
