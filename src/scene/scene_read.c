@@ -1,0 +1,193 @@
+// Reads the scene file, strictly: an unknown key, kind, name or an impossible value is an error with its place.
+// First the names of all textures, materials and cameras are entered, then everything is filled in, so that a
+// reference may stand before what it names. It knows sections and tables, no parameter by heart.
+
+#include "base/file.h"
+#include "scene/element.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { FILE_VERSION = 1 };
+
+typedef struct SceneReader {
+  ElementReader element;
+  Names names[SECTION_COUNT]; // of the sections by name: name -> index
+  Names models;
+  const Json *root;
+} SceneReader;
+
+// --- the whole ------------------------------------------------------------------------------------
+static bool check_version(const SceneReader *r, Err *err)
+{
+  const Json *v = js_get(r->root, "rayfold");
+  if (js_kind(r->root) != JSON_DICT || (!v && js_get(r->root, "asset")))
+    return js_fail(r->element.doc, NULL, NULL, 0, false, err,
+                   "this is not a scene file, which begins { \"rayfold\": %d%s", FILE_VERSION,
+                   js_get(r->root, "asset") ? "; it looks like glTF, so name it .gltf" : "");
+  if (!v)
+    return js_fail(r->element.doc, NULL, NULL, 0, false, err,
+                   "the member \"rayfold\": %d is missing, which tells a scene file from other JSON",
+                   FILE_VERSION);
+  if (js_kind(v) == JSON_NUMBER && js_number(v, 0) == FILE_VERSION) return true;
+  return js_fail(r->element.doc, r->root, "rayfold", 0, false, err,
+                 "rayfold must be %d, the version of the format that this program reads", FILE_VERSION);
+}
+
+static bool check_sections(const SceneReader *r, Err *err)
+{
+  const char *names[SECTION_COUNT + 1] = {"rayfold"};
+  for (int i = 0; i < SECTION_COUNT; i++) names[i + 1] = scene_sections[i].group->name;
+  for (JsonMember m = js_first(r->root); m.key; m = js_next(r->root, m)) {
+    if (!strcmp(m.key, names[0]) || section_find(m.key)) continue;
+    char hint[120];
+    return js_fail(r->element.doc, r->root, m.key, 0, true, err, "\"%.60s\" is not a section of a scene%s",
+                   m.key, text_hint(hint, m.key, names, SECTION_COUNT + 1));
+  }
+  return true;
+}
+
+static bool check_forms(const SceneReader *r, Err *err)
+{
+  for (int i = 0; i < SECTION_COUNT; i++) {
+    const Section *c = &scene_sections[i];
+    const char *key = c->group->name;
+    const Json *v = js_get(r->root, key);
+    const bool is_list = c->form == SECTION_LIST;
+    if (!v || js_kind(v) == (is_list ? JSON_LIST : JSON_DICT)) continue;
+    return js_fail(r->element.doc, r->root, key, 0, false, err, "%s must be a %s, but is %s", key,
+                   is_list ? "list [ ... ]" : "dictionary { ... }", js_kind_name(v));
+  }
+  return true;
+}
+
+// --- first pass: names ----------------------------------------------------------------------------
+static bool enter_name(SceneReader *r, int section_i, const Json *dict, const char *key, Err *err)
+{
+  Scene *s = r->element.values.scene;
+  const Section *c = &scene_sections[section_i];
+  const size_t length = strlen(key);
+  if (!length || length > LONGEST_TEXT)
+    return js_fail(r->element.doc, dict, key, 0, true, err,
+                   "the name of a %s must have 1 to %d bytes, not %zu", c->group->noun, LONGEST_TEXT, length);
+  union {
+    Camera camera;
+    Texture texture;
+    Material material;
+  } fresh;
+  group_default(c->group, 0, &fresh);
+  const int32_t i = names_add(&r->names[section_i], &s->arena, key, length);
+  if (i < 0) return err_memory(err, key, length);
+  *group_name(c->group, &fresh) = names_get(&r->names[section_i], i);
+  return section_insert(s, c, section_count(s, c), &fresh) || err_memory(err, key, c->group->size);
+}
+
+static bool enter_names(SceneReader *r, Err *err)
+{
+  for (int i = 0; i < SECTION_COUNT; i++) {
+    if (scene_sections[i].form != SECTION_BY_NAME) continue;
+    const Json *dict = js_get(r->root, scene_sections[i].group->name);
+    for (JsonMember m = js_first(dict); m.key; m = js_next(dict, m))
+      if (!enter_name(r, i, dict, m.key, err)) return false;
+  }
+  return true;
+}
+
+// --- second pass: content -------------------------------------------------------------------------
+static bool read_one(const SceneReader *r, const Section *c, const Json *v)
+{
+  Scene *s = r->element.values.scene;
+  if (section_given(s, c)) *section_given(s, c) = true;
+  return element_read(&r->element, c->group, v, (ElementPlace){r->root, c->group->name, 0},
+                      section_at(s, c, 0));
+}
+
+static bool read_by_name(const SceneReader *r, const Section *c, const Json *v)
+{
+  Scene *s = r->element.values.scene;
+  size_t i = 0;
+  for (JsonMember m = js_first(v); m.key; m = js_next(v, m), i++)
+    if (!element_read(&r->element, c->group, m.value, (ElementPlace){v, m.key, 0}, section_at(s, c, i)))
+      return false;
+  return true;
+}
+
+static bool read_list(const SceneReader *r, const Section *c, const Json *v)
+{
+  Scene *s = r->element.values.scene;
+  union {
+    Object object;
+    Light light;
+  } fresh;
+  for (size_t i = 0; i < js_count(v); i++) {
+    memset(&fresh, 0, sizeof fresh);
+    if (!element_read(&r->element, c->group, js_at(v, i), (ElementPlace){v, NULL, i}, &fresh)) return false;
+    if (!section_insert(s, c, i, &fresh)) return err_memory(r->element.err, c->group->name, c->group->size);
+  }
+  return true;
+}
+
+static bool read_sections(const SceneReader *r)
+{
+  for (int i = 0; i < SECTION_COUNT; i++) {
+    const Section *c = &scene_sections[i];
+    const Json *v = js_get(r->root, c->group->name);
+    if (!v) continue;
+    bool ok = false;
+    switch (c->form) {
+    case SECTION_ONE: ok = read_one(r, c, v); break;
+    case SECTION_BY_NAME: ok = read_by_name(r, c, v); break;
+    case SECTION_LIST: ok = read_list(r, c, v); break;
+    }
+    if (!ok) return false;
+  }
+  return true;
+}
+
+static bool read_document(Scene *s, const JsonDoc *doc, const LoadOptions *options, Err *err)
+{
+  SceneReader r = {.element = {.values = {.scene = s}, .doc = doc, .options = options, .err = err},
+                   .root = js_root(doc)};
+  for (int i = 0; i < SECTION_COUNT; i++) {
+    if (&scene_sections[i] == section_of_reference(FIELD_texture)) r.element.values.textures = &r.names[i];
+    if (&scene_sections[i] == section_of_reference(FIELD_material)) r.element.values.materials = &r.names[i];
+  }
+  r.element.models = &r.models;
+  const bool ok = check_version(&r, err) && check_sections(&r, err) && check_forms(&r, err) &&
+                  enter_names(&r, err) && read_sections(&r);
+  for (int i = 0; i < SECTION_COUNT; i++) names_finish(&r.names[i]);
+  names_finish(&r.models);
+  return ok;
+}
+
+static bool is_blank(const uint8_t *data, size_t size)
+{
+  for (size_t i = 0; i < size; i++)
+    if (!strchr(" \t\r\n", data[i]) || !data[i]) return false;
+  return true;
+}
+
+bool import_json(Scene *s, const char *path, const LoadOptions *options, Err *err)
+{
+  const LoadOptions none = {0};
+  if (!options) options = &none;
+  if (!s->path) s->path = arena_text(&s->arena, path);
+  s->root = arena_text(&s->arena, options->root);
+  s->allow_outside = options->allow_outside;
+  if (!s->path || (options->root && !s->root)) return err_memory(err, path, 0);
+  FileBytes file;
+  if (!file_read(&file, path, err)) return false;
+  const size_t mark =
+      file.size >= 3 && !memcmp(file.data, "\xef\xbb\xbf", 3) ? 3 : 0; // Windows editors write one
+  bool ok = false;
+  if (is_blank(file.data + mark, file.size - mark)) {
+    err_set(err, ERR_BAD_SCENE, "%s: the file is empty; a scene file begins { \"rayfold\": %d", path,
+            FILE_VERSION);
+  } else {
+    JsonDoc *doc = js_parse((const char *)file.data + mark, file.size - mark, path, err);
+    ok = doc && read_document(s, doc, options, err);
+    js_free(doc);
+  }
+  file_release(&file);
+  return ok;
+}
