@@ -148,6 +148,7 @@ TEST(written_floats_read_back_under_any_locale)
     const uint32_t bits = hash_u32(i);
     float x, back = 0;
     memcpy(&x, &bits, sizeof x);
+    if (i % 2) x = ((float)bits - 0x1p31f) * powf(10, -(float)(bits % 14)); // the range of coordinates
     if (!isfinite(x)) continue;
     char text[NUMBER_SIZE];
     const size_t n = number_format(text, x);
@@ -155,6 +156,32 @@ TEST(written_floats_read_back_under_any_locale)
     CHECK_MSG(back == x, "%s for %.9g", text, (double)x);
   }
   setlocale(LC_ALL, "C");
+}
+
+TEST(written_floats_are_short)
+{
+  static const struct {
+    float x;
+    const char *text;
+  } cases[] = {{0, "0"},
+               {1, "1"},
+               {-1, "-1"},
+               {0.1f, "0.1"},
+               {-2.5f, "-2.5"},
+               {100, "100"},
+               {0.001f, "0.001"},
+               {1e-10f, "1e-10"},
+               {1e20f, "1e+20"},
+               {0.3333333f, "0.3333333"},
+               {16777216, "16777216"},
+               {1234567.25f, "1234567.2"},
+               {-0.05f, "-0.05"},
+               {INFINITY, "inf"}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char text[NUMBER_SIZE];
+    CHECK(number_format(text, cases[i].x) == strlen(text));
+    CHECK_MSG(!strcmp(text, cases[i].text), "%s, not %s", text, cases[i].text);
+  }
 }
 
 TEST_MAIN

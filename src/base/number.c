@@ -236,15 +236,41 @@ const char *number_int(const char *p, const char *end, int64_t *out)
   return p;
 }
 
+// The usual case: few decimals, found by trying one more each time. Returns the length, 0 when x is not one of those.
+static size_t format_plain(char out[NUMBER_SIZE], float x)
+{
+  enum { MOST_DECIMALS = 12 };
+  const double magnitude_of_x = fabs((double)x);
+  if (!(magnitude_of_x >= 1e-3 && magnitude_of_x < 1e7)) return 0;
+  for (int decimals = 0; decimals <= MOST_DECIMALS; decimals++) {
+    const double scaled = nearbyint(magnitude_of_x * powers[decimals]);
+    if ((float)(scaled / powers[decimals]) != (float)magnitude_of_x) continue;
+    char digits[24];
+    int n = 0;
+    for (uint64_t rest = (uint64_t)scaled; rest || n <= decimals; rest /= 10)
+      digits[n++] = (char)('0' + rest % 10);
+    char *p = out;
+    if (x < 0) *p++ = '-';
+    while (n > 0) {
+      if (n == decimals) *p++ = '.';
+      *p++ = digits[--n];
+    }
+    *p = 0;
+    float back; // the quotient above was rounded twice
+    return number_float(out, p, &back) && back == x ? (size_t)(p - out) : 0;
+  }
+  return 0;
+}
+
 size_t number_format(char out[NUMBER_SIZE], float x)
 {
-  int n = 0;
-  for (int precision = 6; precision <= 9; precision++) {
-    n = snprintf(out, NUMBER_SIZE, "%.*g", precision, (double)x);
+  size_t n = format_plain(out, x);
+  for (int precision = 1; !n && precision <= 9; precision++) {
+    const int length = snprintf(out, NUMBER_SIZE, "%.*g", precision, (double)x);
     for (char *p = out; *p; p++)
       if (*p == ',') *p = '.'; // a host program may have set a locale
     float back;
-    if (number_float(out, out + n, &back) && back == x) break;
+    if (precision == 9 || (number_float(out, out + length, &back) && back == x)) n = (size_t)length;
   }
-  return (size_t)n;
+  return n;
 }
