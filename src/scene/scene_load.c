@@ -28,6 +28,8 @@ static const Format formats[] = {
     {".obj", "a Wavefront OBJ model", import_obj},
     {".gltf", "a glTF model", import_gltf},
     {".glb", "a binary glTF model", import_gltf},
+    {".ply", "a PLY model", import_ply},
+    {".stl", "an STL model", import_stl},
 };
 enum { FORMAT_COUNT = sizeof formats / sizeof *formats };
 
