@@ -595,7 +595,7 @@ TEST(formats_are_told_by_content)
   scene_destroy(s);
   err = (Err){0};
   CHECK(!scene_load(sample_write("what.xyz", "nothing known", 13), NULL, &err) && err.kind == ERR_BAD_SCENE);
-  CHECK_TEXT(err.text, ".json .obj .gltf .glb");
+  CHECK_TEXT(err.text, ".json .obj .gltf .glb .ply .stl");
   err = (Err){0};
   CHECK(!scene_load(sample_write("wrong.json", "glTF\2\0\0\0", 8), NULL, &err));
   CHECK_TEXT(err.text, "its content looks like a binary glTF model; rename it to end in .glb");
