@@ -151,7 +151,7 @@ static inline void model_starve(Importer *import, const char *path)
     if (ok) return;
     CHECK(err.kind != ERR_NONE);
   }
-  CHECK(!"the import never succeeds");
+  CHECK_MSG(false, "the import of %s never succeeds", path);
 }
 
 #endif
