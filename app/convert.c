@@ -66,7 +66,7 @@ static ExitCode convert_picture(rf_engine *engine, const char *in, const char *o
 // What cannot be made of what, before anything is read.
 static ExitCode check_pair(rf_engine *engine, const char *in, const char *out, bool is_scene)
 {
-  const bool is_picture_out = rf_can_save(engine, out), is_scene_out = path_is_any(out, SCENE_OUTPUTS);
+  const bool is_picture_out = rf_can_save(engine, out), is_scene_out = output_is_any(out, SCENE_OUTPUTS);
   if (is_scene ? is_scene_out : is_picture_out) return output_check(out);
   if (is_scene && is_picture_out)
     return fail(EXIT_USAGE, "%s is a scene and %s a picture; use `rayfold render %s -o %s`", in, out, in,
@@ -80,7 +80,7 @@ static ExitCode check_pair(rf_engine *engine, const char *in, const char *out, b
 static ExitCode run_convert(const Args *args)
 {
   const char *in = args->operands[0], *out = args->operands[1];
-  const bool is_scene = path_is_any(in, SCENE_INPUTS);
+  const bool is_scene = output_is_any(in, SCENE_INPUTS);
   rf_engine *engine = NULL;
   ExitCode code = engine_open(&engine, 0, NULL);
   if (!code) code = check_pair(engine, in, out, is_scene);

@@ -83,17 +83,17 @@ ExitCode output_write(const char *path, const char *text, size_t size)
   return fail(EXIT_NO_OUTPUT, "cannot write %s: %s", path, strerror(reason));
 }
 
-const char *path_extension(const char *path)
+const char *output_extension(const char *path)
 {
   const char *slash = strrchr(path, '/');
   const char *base = slash ? slash + 1 : path, *dot = strrchr(base, '.');
   return dot && dot != base ? dot : "";
 }
 
-bool path_is_any(const char *path, const char *extensions)
+bool output_is_any(const char *path, const char *extensions)
 {
   char name[40];
   while (next_choice(&extensions, name))
-    if (!strcasecmp(path_extension(path), name)) return true;
+    if (!strcasecmp(output_extension(path), name)) return true;
   return false;
 }

@@ -25,7 +25,7 @@ ExitCode output_check(const char *path);
 ExitCode output_write(const char *path, const char *text, size_t size);
 
 // The extension from its dot, "" for none; compared without regard to case.
-const char *path_extension(const char *path);
-bool path_is_any(const char *path, const char *extensions); // extensions: ".png|.exr"
+const char *output_extension(const char *path);
+bool output_is_any(const char *path, const char *extensions); // extensions: ".png|.exr"
 
 #endif

@@ -172,7 +172,7 @@ static bool is_hash(const char *output)
 
 static bool is_exr(const char *output)
 {
-  return path_is_any(output, ".exr");
+  return output_is_any(output, ".exr");
 }
 
 static bool writes(const Args *a, bool (*is_such)(const char *output))
@@ -185,7 +185,7 @@ static bool writes(const Args *a, bool (*is_such)(const char *output))
 
 static ExitCode check_bits(const char *output, const char *bits)
 {
-  const bool png = path_is_any(output, ".png"), exr = is_exr(output);
+  const bool png = output_is_any(output, ".png"), exr = is_exr(output);
   if ((png && !strcmp(bits, "32")) || (exr && !strcmp(bits, "8")))
     return fail(EXIT_USAGE, "--bits %s: %s takes %s", bits, output, png ? "8 or 16" : "16 or 32");
   return EXIT_DONE;
@@ -195,8 +195,8 @@ static ExitCode check_bits(const char *output, const char *bits)
 static ExitCode fail_format(const char *output)
 {
   static const char formats[] = ".png|.jpg|.jpeg|.webp|.exr|.hdr|.pfm";
-  const char *extension = path_extension(output);
-  if (path_is_any(output, formats))
+  const char *extension = output_extension(output);
+  if (output_is_any(output, formats))
     return fail(EXIT_USAGE, "-o %s: this build cannot write %s; `rayfold --version` tells why", output,
                 extension);
   if (!*extension)
@@ -263,6 +263,8 @@ static ExitCode read_planes(Render *r)
 {
   const char *list = args_text(r->args, "aov");
   r->planes = RF_BEAUTY;
+  // Without the variance nobody knows the noise, which the progress line shows and --noise waits for.
+  if (!list || args_has(r->args, "noise")) r->planes |= RF_VARIANCE;
   if (!list) {
     if (writes(r->args, is_exr)) r->planes = RF_ALL_PLANES;
     return EXIT_DONE;
@@ -275,7 +277,7 @@ static ExitCode read_planes(Render *r)
     if (code) return code;
     list += n + (list[n] == ',');
   }
-  if (r->planes != RF_BEAUTY && !writes(r->args, is_exr) && !writes(r->args, is_hash))
+  if (strcmp(args_text(r->args, "aov"), "none") && !writes(r->args, is_exr) && !writes(r->args, is_hash))
     return fail(EXIT_USAGE,
                 "--aov: only .exr holds planes beside the picture; add an output like -o picture.exr");
   return EXIT_DONE;

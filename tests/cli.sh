@@ -4,6 +4,7 @@
 # Usage: cli.sh PATH/TO/rayfold
 set -u
 rayfold=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
+[ -x "$rayfold" ] || { echo "usage: cli.sh PATH/TO/rayfold"; exit 1; }
 top=$(cd "$(dirname "$0")/.." && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -174,8 +175,8 @@ expect 66 missing convert missing.obj a.ply
 expect 66 missing convert missing.png a.jpg
 with_shape gone.ply names_gone.json
 broken names_gone.json gone.ply 66
-cp cornell.json cornell.text
-broken cornell.text cornell.text
+echo 'no scene' >words.text
+broken words.text words.text
 printf '' >empty.json
 broken empty.json empty.json
 printf '{ "rayfold": 1, "objcts": [] }' >key.json
@@ -252,7 +253,7 @@ expect 0 '' schema
 has '2020-12' out
 expect 0 '' manual
 has 'roughness' out
-for format in png jpg webp exr hdr pfm; do
+for format in pfm png jpg webp exr hdr; do
   "$rayfold" --version | grep -i "^$format.*not in" >/dev/null && continue
   "$rayfold" --version | grep -i '^openexr.*not in' >/dev/null && [ $format = exr ] && continue
   "$rayfold" --version | grep -i '^jpeg.*not in' >/dev/null && [ $format = jpg ] && continue
