@@ -88,23 +88,36 @@ static unsigned code(double x)
   return (unsigned)(fmin(fmax(x, 0), 1) * 65535 + 0.5);
 }
 
-// The cosine-weighted means of full and of the edge term as a lookup would give them.
+// rise goes from -1 to 1.
+static unsigned rise_code(double x)
+{
+  return code((x + 1) / 2);
+}
+
+static Entry decoded(int row, int column)
+{
+  return (Entry){code(table[row][column].full) / 65535.0,
+                 rise_code(table[row][column].rise) * 2 / 65535.0 - 1};
+}
+
+// The cosine-weighted means of 1 - full and of the edge term, of what a lookup gives: rounded entries and all, so
+// that dividing by a mean normalises. Steps even in t, where lookups are linear.
 static void print_mean(int row)
 {
   const double roughness = (double)row / (SIZE - 1);
-  double full = 0, edge = 0;
-  enum { MEAN_STEPS = 20000 };
-  for (int i = 0; i < MEAN_STEPS; i++) {
-    const double cos = (i + 0.5) / MEAN_STEPS, root = sqrt(cos);
-    const double x = root * (1 + roughness) / (root + roughness) * (SIZE - 1);
-    const int c = x < SIZE - 2 ? (int)x : SIZE - 2;
-    const Entry *e = &table[row][c];
-    const double w = x - c, f = e[0].full * (1 - w) + e[1].full * w,
-                 rise = e[0].rise * (1 - w) + e[1].rise * w;
-    full += 2 * cos * f / MEAN_STEPS;
-    edge += 2 * cos * f * pow(1 - fmin(cos + rise, 1), 5) / MEAN_STEPS;
+  double missing = 0, edge = 0;
+  enum { MEAN_STEPS = 31000 };
+  for (int i = 0; i < MEAN_STEPS && row > 0; i++) {
+    const double width = (SIZE - 1.0) / MEAN_STEPS, x = (i + 0.5) * width, mu = column_cos(x, roughness);
+    const double area =
+        pow(column_cos(x + width / 2, roughness), 2) - pow(column_cos(x - width / 2, roughness), 2);
+    const Entry a = decoded(row, (int)x), b = decoded(row, (int)x + 1);
+    const double w = x - (int)x, full = a.full * (1 - w) + b.full * w, rise = a.rise * (1 - w) + b.rise * w;
+    missing += area * (1 - full);
+    edge += area * full * pow(fmax(1 - mu - rise, 0), 5);
   }
-  printf("%s{%u, %u},", row % 8 ? " " : "\n  ", code(full), code(edge));
+  if (row == 0) edge = 1.0 / 21;
+  printf("%s{%#.8gf, %#.8gf},", row % 3 ? " " : "\n  ", missing, edge);
 }
 
 int main(void)
@@ -127,10 +140,10 @@ int main(void)
              c && c % 8 == 0 ? "\n   "
              : c             ? " "
                              : "",
-             code(table[r][c].full), code(table[r][c].rise));
+             code(table[r][c].full), rise_code(table[r][c].rise));
     printf("},");
   }
-  printf("\n};\n\nconst uint16_t ggx_table_mean[GGX_TABLE_SIZE][2] = {");
+  printf("\n};\n\nconst float ggx_table_mean[GGX_TABLE_SIZE][2] = {");
   for (int r = 0; r < SIZE; r++) print_mean(r);
   printf("\n};\n");
   return 0;
