@@ -11,18 +11,24 @@ static inline float fresnel_f0(float eta)
   return sqr_f((eta - 1) / (eta + 1));
 }
 
-// Unpolarised reflectance of a boundary between two dielectrics (Born and Wolf, "Principles of Optics", 1.5.2),
-// eta = the index behind over the index in front, cos_i >= 0 on the front. Gives the cosine behind, 0 for total
-// reflection. In double: near the critical angle the cosine behind is the root of a small difference.
+// Unpolarised reflectance of a boundary between two dielectrics by the cosines on both sides (Born and Wolf,
+// "Principles of Optics", 1.5.2), eta = the index on t's side over the index on i's.
+static inline float fresnel_by_cosines(double i, double t, double eta)
+{
+  const double s = (i - eta * t) / (i + eta * t), p = (eta * i - t) / (eta * i + t);
+  return (float)((s * s + p * p) / 2);
+}
+
+// The same from cos_i >= 0 alone; gives the cosine behind, 0 for total reflection. In double: near the critical angle
+// that cosine is the root of a small difference.
 static inline float fresnel_dielectric(float cos_i, float eta, float *cos_t)
 {
   const double i = cos_i, n = eta, cos2_t = 1 - (1 - i) * (1 + i) / (n * n);
   *cos_t = 0;
   if (!(cos2_t > 0)) return 1;
   const double t = sqrt(cos2_t);
-  const double s = (i - n * t) / (i + n * t), p = (n * i - t) / (n * i + t);
   *cos_t = (float)t;
-  return (float)((s * s + p * p) / 2);
+  return fresnel_by_cosines(i, t, n);
 }
 
 // The weight of f90 against f0 (Schlick, "An inexpensive BRDF model", 1994, equation 15).

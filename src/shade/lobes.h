@@ -32,9 +32,13 @@ typedef struct Bsdf {
   Frame frame; // z: shading normal on wo's side
   Vec3 ng;     // geometric normal on wo's side
 
-  Vec3 diffuse;          // albedo, before the share that specular reflection takes
-  float cover0, cover90; // f0 and f90 of the specular layer over diffuse; 0: nothing covers it
-  Vec3 multiple; // what a metal's single reflections miss, with all interreflections (Kulla and Conty 2017)
+  Vec3 diffuse;                      // albedo over the mean share that specular reflection leaves
+  float diffuse_mean, multiple_mean; // those mean shares, of diffuse and multiple
+  float cover0, cover90;             // f0 and f90 of the specular layer over diffuse; 0: nothing covers it
+  // What a metal's single reflections miss, with all interreflections (Kulla and Conty 2017); and 1 / ln(1 + 1/alpha^2)
+  // for its density.
+  Vec3 multiple;
+  float multiple_norm;
 
   float roughness, alpha; // of specular; alpha 0: delta
   Vec3 f0, f90;           // Schlick's term, weights included
@@ -68,16 +72,20 @@ typedef struct GlassSplit {
   float cos_t;
 } GlassSplit;
 
-static inline GlassSplit glass_split(const Bsdf *b, float cos_i)
+static inline GlassSplit glass_split_at(const Bsdf *b, float fresnel, float cos_t)
 {
-  GlassSplit g;
-  const float first = fresnel_f0(b->eta), f = fresnel_dielectric(cos_i, b->eta, &g.cos_t);
-  const float x = clamp_f((f - first) / (1 - first), 0, 1);
+  const float first = fresnel_f0(b->eta), x = clamp_f((fresnel - first) / (1 - first), 0, 1);
   Vec3 r = b->glass0 + (b->glass90 - b->glass0) * x;
   if (b->is_thin) r = 2 * r / (1 + r);
-  g.reflect = b->glass * r;
-  g.pass = g.cos_t > 0 ? b->tint * max_f(1 - v3_max_lane(r), 0) : v3_all(0);
-  return g;
+  const Vec3 pass = cos_t > 0 ? b->tint * max_f(1 - v3_max_lane(r), 0) : v3_all(0);
+  return (GlassSplit){b->glass * r, pass, cos_t};
+}
+
+static inline GlassSplit glass_split(const Bsdf *b, float cos_i)
+{
+  float cos_t;
+  const float fresnel = fresnel_dielectric(cos_i, b->eta, &cos_t);
+  return glass_split_at(b, fresnel, cos_t);
 }
 
 // --- what is known once wo is ---------------------------------------------------------------------
@@ -86,7 +94,7 @@ typedef struct BsdfView {
   Vec3 wo;
   float coat_albedo;                   // of the coat, its weight included; 0 where it does not reflect
   float diffuse_share, multiple_share; // what is left for them on wo's side
-  float p_coat, p_specular, p_thin, p_diffuse; // sum to 1 or are all 0
+  float p_coat, p_specular, p_thin, p_multiple, p_diffuse; // sum to 1 or are all 0
 } BsdfView;
 
 static inline float coat_albedo(const Bsdf *b, float cos)
@@ -119,7 +127,8 @@ static inline BsdfView bsdf_view(const Bsdf *b, Vec3 wo)
   shares_at(b, cos, &v.diffuse_share, &v.multiple_share);
   v.p_coat = v.coat_albedo;
   const float under = 1 - v.coat_albedo;
-  v.p_diffuse = under * luminance(b->diffuse * v.diffuse_share + b->multiple * v.multiple_share);
+  v.p_diffuse = under * v.diffuse_share * luminance(b->diffuse) * b->diffuse_mean;
+  v.p_multiple = under * v.multiple_share * luminance(b->multiple) * b->multiple_mean;
   if (bsdf_has_specular(b)) {
     const float x = fresnel_schlick(cos);
     v.p_specular = luminance(b->f0 * (1 - x) + b->f90 * x);
@@ -130,11 +139,12 @@ static inline BsdfView bsdf_view(const Bsdf *b, Vec3 wo)
     }
     v.p_specular *= under;
   }
-  const float sum = v.p_coat + v.p_specular + v.p_thin + v.p_diffuse;
+  const float sum = v.p_coat + v.p_specular + v.p_thin + v.p_multiple + v.p_diffuse;
   const float scale = sum > 0 ? 1 / sum : 0;
   v.p_coat *= scale;
   v.p_specular *= scale;
   v.p_thin *= scale;
+  v.p_multiple *= scale;
   v.p_diffuse *= scale;
   return v;
 }
@@ -146,22 +156,32 @@ typedef struct Facet {
   float cos_t, p_reflect;
 } Facet;
 
-static inline Facet facet_at(const Bsdf *b, float cos)
+static inline Facet facet_of(const Bsdf *b, float cos, const GlassSplit *g)
 {
   const float x = fresnel_schlick(cos);
-  Facet f = {.reflect = b->f0 * (1 - x) + b->f90 * x, .p_reflect = 1};
-  if (b->glass == 0) return f;
-  const GlassSplit g = glass_split(b, cos);
-  f.reflect += g.reflect;
-  f.cos_t = g.cos_t;
+  Facet f = {.reflect = b->f0 * (1 - x) + b->f90 * x + g->reflect, .p_reflect = 1};
   if (b->is_thin) return f;
-  f.pass = g.pass;
+  f.cos_t = g->cos_t;
+  f.pass = g->pass;
   const float r = v3_max_lane(f.reflect), t = v3_max_lane(f.pass);
-  f.p_reflect = r + t > 0 ? r / (r + t) : 1;
+  if (t > 0) f.p_reflect = r / (r + t);
   return f;
 }
 
+static inline Facet facet_at(const Bsdf *b, float cos)
+{
+  const GlassSplit g = b->glass > 0 ? glass_split(b, cos) : (GlassSplit){0};
+  return facet_of(b, cos, &g);
+}
+
 // --- eval ------------------------------------------------------------------------------------------
+// Density of sampling by what single reflections miss, which is about alpha^2 / (cos^2 + alpha^2): nearly all of it
+// near the horizon for a narrow lobe, where sampling by the cosine would hardly ever look.
+static inline float multiple_pdf(const Bsdf *b, float cos)
+{
+  return cos * b->multiple_norm / ((cos * cos + b->alpha * b->alpha) * PI);
+}
+
 // What the coat lets through on the way in and out. The smaller of the two directions' shares, not their product:
 // reciprocal, and never more than one of them, so energy holds over any base (glTF's KHR_materials_clearcoat takes
 // the share of wo alone, which is not reciprocal).
@@ -194,7 +214,7 @@ static inline Vec3 eval_reflection(const Bsdf *b, const BsdfView *v, Vec3 wl, fl
   shares_at(b, wl[2], &diffuse, &multiple);
   Vec3 f = (b->diffuse * (v->diffuse_share * diffuse) + b->multiple * (v->multiple_share * multiple)) *
            (wl[2] / PI);
-  *pdf = v->p_diffuse * wl[2] / PI;
+  *pdf = v->p_diffuse * wl[2] / PI + v->p_multiple * multiple_pdf(b, wl[2]);
   const float cos = half_cos(v->wo, wl);
   if (b->alpha > 0 && bsdf_has_specular(b)) {
     const Facet facet = facet_at(b, cos);
@@ -217,7 +237,10 @@ static inline Vec3 eval_refraction(const Bsdf *b, const BsdfView *v, Vec3 wl, fl
   const Vec3 sum = v->wo + b->eta * wl, h = v3_normalize(sum[2] > 0 ? sum : -sum);
   const float cos_o = v3_dot(v->wo, h), cos_l = v3_dot(wl, h);
   if (cos_o <= 0 || cos_l >= 0) return v3_all(0);
-  const Facet facet = facet_at(b, cos_o);
+  // Both cosines are at hand, so near total reflection neither has to be the root of a difference.
+  const GlassSplit g =
+      glass_split_at(b, fresnel_by_cosines((double)cos_o, (double)-cos_l, (double)b->eta), -cos_l);
+  const Facet facet = facet_of(b, cos_o, &g);
   const float d = ggx_d(h, b->alpha), jacobian = -cos_l / sqr_f(cos_o + b->eta * cos_l);
   *pdf = v->p_specular * (1 - facet.p_reflect) * d * ggx_g1_over_cos(v->wo[2], b->alpha) * cos_o * jacobian *
          sqr_f(b->eta);
@@ -271,6 +294,16 @@ static inline Vec3 sample_cosine(Vec2 u)
   f_sincos(2 * PI * u.x, &sine, &cosine);
   const float r = sqrtf(u.y);
   return v3(r * cosine, r * sine, safe_sqrt(1 - u.y));
+}
+
+// The inverse of multiple_pdf's integral: cos^2 = alpha^2 ((1 + 1 / alpha^2)^u - 1).
+static inline Vec3 sample_multiple(const Bsdf *b, Vec2 u)
+{
+  float sine, cosine;
+  f_sincos(2 * PI * u.x, &sine, &cosine);
+  const float alpha2 = b->alpha * b->alpha, z2 = clamp_f(alpha2 * (f_exp(u.y / b->multiple_norm) - 1), 0, 1);
+  const float r = sqrtf(1 - z2);
+  return v3(r * cosine, r * sine, sqrtf(z2));
 }
 
 // A direction from a lobe, local. The weight is set for delta lobes only.
@@ -328,8 +361,9 @@ static inline bool sample_lobe(const Bsdf *b, const BsdfView *v, float u_lobe, V
     sample_thin(b, v, u, out);
     return true;
   }
-  out->wl = sample_cosine(u);
-  return v->p_diffuse > 0;
+  at -= v->p_thin;
+  out->wl = at < v->p_multiple ? sample_multiple(b, u) : sample_cosine(u);
+  return at < v->p_multiple || v->p_diffuse > 0;
 }
 
 // Chooses wl for scattering towards wo; u_lobe and u in [0, 1). False: the light is absorbed (also when the direction
@@ -340,6 +374,8 @@ static inline bool bsdf_sample(const Bsdf *b, Vec3 wo, float u_lobe, Vec2 u, Bsd
   *out = (BsdfSample){0};
   if (!(v.wo[2] > 0) || !sample_lobe(b, &v, u_lobe, u, out)) return false;
   const Vec3 local = out->wl;
+  // A microfacet may send light below the surface it belongs to, where it is lost to the single-bounce model.
+  if (out->is_transmission != (local[2] < 0)) return false;
   out->wl = v3_normalize(frame_vector(&b->frame, local));
   if (out->is_delta) {
     if (!(local[2] * v3_dot(out->wl, b->ng) > 0) || !(out->pdf > 0)) return false;
@@ -349,10 +385,8 @@ static inline bool bsdf_sample(const Bsdf *b, Vec3 wo, float u_lobe, Vec2 u, Bsd
     return true;
   }
   const Vec3 f = bsdf_eval_view(b, &v, out->wl, &out->pdf);
-  if (!(out->pdf > 0) || !isfinite(out->pdf)) return false;
-  out->is_transmission = local[2] < 0;
   out->weight = f / out->pdf;
-  return true;
+  return out->pdf > 0 && isfinite(out->pdf);
 }
 
 #endif
