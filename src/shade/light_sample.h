@@ -203,6 +203,7 @@ static inline float light_pdf_emitter(const LightSet *set, uint32_t i, Vec3 p, V
       return emitter_pmf(set, i) / (2 * PI * sphere_one_minus_cos(e, distance2));
     if (!e->is_two_sided) return 0;
   }
+  if (!(e->area > 0)) return 0; // points are never met
   return emitter_pmf(set, i) * area_pdf(e->area, distance, fabsf(cos_light));
 }
 
