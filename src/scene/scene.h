@@ -412,12 +412,13 @@ bool scene_file_path(const Scene *s, const char *file, const LoadOptions *option
 bool scene_check_files(const Scene *s, Err *err);
 
 // The scene as canonical JSON: only what differs from defaults, in a fixed order; reading it back and writing it
-// again gives the same bytes. Meshes made by calls or importers are written out in full. Fails for pictures that
-// live inside a model file, and for numbers that are not finite.
+// again gives the same bytes. Meshes made by calls or importers are written out in full, without material slots.
+// Fails for pictures that live inside a model file, and for numbers that are not finite.
 bool scene_write(const Scene *s, Text *out, Err *err);
 
 // The same into a file, whole or not at all; file names are made relative to it. Larger meshes and embedded pictures
-// become files of their own in the folder NAME.data beside it.
+// become files of their own in the folder NAME.data beside it, named after their content. An object with several
+// materials becomes several objects; tangents and second texture coordinates of meshes are not kept.
 bool scene_save(const Scene *s, const char *path, Err *err);
 
 // The importers: each appends to an empty scene. path is for messages and for finding neighbours.
