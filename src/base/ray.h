@@ -8,7 +8,7 @@
 // One straight segment. d need not be unit length; t counts in lengths of d.
 typedef struct Ray {
   Vec3 o, d;
-  float tmin, tmax; // the open interval that counts
+  float tmin, tmax; // the open interval that counts; tmin at least 0
 } Ray;
 
 // The same as it stands in files and in the public interface.
@@ -29,6 +29,7 @@ typedef struct Hit {
 // What is known of the place a ray hit, in world space. Directions are unit length.
 typedef struct SurfacePoint {
   Vec3 p;
+  float error;          // metres p may lie off the surface, seen by the next ray: see geom/offset.h
   Vec3 ng;            // geometric normal, by the winding: points to the front side
   Vec3 n;             // shading normal, on ng's side
   Vec3 tangent;       // direction of growing u, perpendicular to n

@@ -1,0 +1,152 @@
+// The upper level: a tree over the instances' boxes in the world. Each box is that of the map's image of the object's
+// box, widened by what rounding may do to a ray on its way into object space.
+
+#include "accel/accel.h"
+
+#include "accel/build.h"
+#include "base/mem.h"
+
+static Bounds object_bounds(const Instance *i)
+{
+  const float a = i->size[0], b = i->size[1];
+  switch ((InstanceKind)i->kind) {
+  case INSTANCE_MESH: return i->mesh ? i->mesh->bounds : bounds_empty();
+  case INSTANCE_SPHERE: return (Bounds){v3(-a, -a, -a), v3(a, a, a)};
+  case INSTANCE_QUAD: return (Bounds){v3(-a, -b, 0), v3(a, b, 0)};
+  case INSTANCE_DISK: return (Bounds){v3(-a, -a, 0), v3(a, a, 0)};
+  }
+  unreachable();
+}
+
+static bool frame_is_finite(const Frame *f)
+{
+  return v3_is_finite(f->x) && v3_is_finite(f->y) && v3_is_finite(f->z) && v3_is_finite(f->p);
+}
+
+static bool frame_is_identity(const Frame *f)
+{
+  const Frame one = frame_identity();
+  bool same = true;
+  for (int k = 0; k < 3; k++) {
+    same &= f->x[k] == one.x[k] && f->y[k] == one.y[k] && f->z[k] == one.z[k] && f->p[k] == 0;
+  }
+  return same;
+}
+
+// The box of the object's box in the world: each axis of the map adds its share to either side (Arvo, "Transforming
+// axis-aligned bounding boxes", Graphics Gems 1990). Sums of four rounded terms are off by at most four ulps of the
+// terms' sizes; the ray's transform back by about as much again, so eight.
+static Bounds world_bounds(const Frame *m, const Bounds *b)
+{
+  const Vec3 axes[3] = {m->x, m->y, m->z};
+  Bounds w = {m->p, m->p};
+  Vec3 size = lanes_max(m->p, -m->p);
+  for (int k = 0; k < 3; k++) {
+    const Vec3 from = axes[k] * b->lo[k], to = axes[k] * b->hi[k];
+    w.lo += lanes_min(from, to);
+    w.hi += lanes_max(from, to);
+    size += lanes_max(lanes_max(from, -from), lanes_max(to, -to));
+  }
+  w.lo -= 0x1p-21f * size;
+  w.hi += 0x1p-21f * size;
+  return w;
+}
+
+// Empty when nothing can hit the instance: no extent, no inverse, or numbers that are not finite.
+static Bounds instance_bounds(const Instance *i)
+{
+  const Bounds b = object_bounds(i);
+  const float det = frame_determinant(&i->object_from_world);
+  const bool is_placed = frame_is_finite(&i->world_from_object) && frame_is_finite(&i->object_from_world) &&
+                         det != 0 && det == det;
+  if (!is_placed || bounds_is_empty(&b) || !bounds_is_finite(&b)) return bounds_empty();
+  if (i->is_identity) return b;
+  const Bounds w = world_bounds(&i->world_from_object, &b);
+  return bounds_is_finite(&w) ? w : bounds_empty();
+}
+
+static uint32_t emit_instance(void *user, size_t leaf_i, const BuildRef *refs, uint32_t count)
+{
+  (void)user, (void)leaf_i, (void)count;
+  return ref_prim(refs);
+}
+
+static void add_instance(Accel *a, Build *b, const Instance *from)
+{
+  const size_t i = a->instance_count++;
+  Instance *to = &a->instances[i];
+  *to = *from;
+  to->mesh = from->kind == INSTANCE_MESH ? mesh_tree_share(from->mesh) : NULL;
+  to->is_identity = frame_is_identity(&to->world_from_object) && frame_is_identity(&to->object_from_world);
+  const Bounds box = instance_bounds(to);
+  v3_store(a->boxes[i], box.lo);
+  v3_store(a->boxes[i] + 3, box.hi);
+  if (bounds_is_empty(&box)) return;
+  b->refs[b->count] = box;
+  ref_set_prim(&b->refs[b->count++], (uint32_t)i);
+}
+
+static bool fill_accel(Accel *a, Build *b, const Instance *instances, size_t count, Err *err)
+{
+  if (count == 0) return true;
+  a->instances = mem_alloc(count, sizeof *a->instances);
+  a->boxes = mem_alloc(count, sizeof *a->boxes);
+  if (!a->instances || !a->boxes) return err_memory(err, "the instances", count * sizeof *a->instances);
+  if (!build_init(b, count, err)) return false;
+  b->count = 0;
+  for (size_t i = 0; i < count; i++) add_instance(a, b, &instances[i]);
+  if (!build_split(b, err)) return false;
+  a->bounds = b->bounds;
+  a->node_count = b->node_count;
+  if (a->node_count) {
+    a->nodes = mem_alloc(a->node_count, sizeof *a->nodes);
+    if (!a->nodes) return err_memory(err, "the tree of instances", a->node_count * sizeof *a->nodes);
+  }
+  a->root = build_emit(b, a->nodes, emit_instance, NULL);
+  return true;
+}
+
+Accel *accel_build(const Instance *instances, size_t count, Jobs *jobs, const Cancel *cancel, Err *err)
+{
+  if (count >= LEAF_BIT - 2) {
+    err_set(err, ERR_BAD_SCENE, "%zu instances; at most %u are possible", count, LEAF_BIT - 3);
+    return NULL;
+  }
+  Accel *a = mem_zero(1, sizeof *a);
+  if (!a) {
+    err_memory(err, "the tree of instances", sizeof *a);
+    return NULL;
+  }
+  a->root = EMPTY_TREE;
+  a->bounds = bounds_empty();
+  Build b = {.leaf_size = 1, .jobs = jobs, .cancel = cancel};
+  const bool ok = fill_accel(a, &b, instances, count, err);
+  build_finish(&b);
+  if (ok) return a;
+  accel_destroy(a);
+  return NULL;
+}
+
+void accel_destroy(Accel *a)
+{
+  if (!a) return;
+  for (size_t i = 0; i < a->instance_count; i++) mesh_tree_release(a->instances[i].mesh);
+  mem_free(a->nodes);
+  mem_free(a->instances);
+  mem_free(a->boxes);
+  mem_free(a);
+}
+
+void accel_bounds(const Accel *a, float lo[3], float hi[3])
+{
+  v3_store(lo, a->bounds.lo);
+  v3_store(hi, a->bounds.hi);
+}
+
+size_t accel_bytes(const Accel *a)
+{
+  return sizeof *a + a->node_count * sizeof *a->nodes + a->instance_count * (sizeof *a->instances + sizeof *a->boxes);
+}
+
+size_t accel_instance_count(const Accel *a) { return a->instance_count; }
+const Instance *accel_instances(const Accel *a) { return a->instances; }

@@ -1,0 +1,41 @@
+// Brute: the answers of accel/traverse.h without its trees, by testing everything in order. For tests; it shares the
+// primitive tests, so that any difference is the trees' fault.
+
+#ifndef RAYFOLD_ACCEL_BRUTE_H
+#define RAYFOLD_ACCEL_BRUTE_H
+
+#include "accel/traverse.h"
+
+static inline void brute_instance(Query *q, const Accel *a, uint32_t instance_i, const TreeRay *world, float near)
+{
+  Visit v = {.instance = &a->instances[instance_i], .instance_i = instance_i, .near = near, .ray = *world};
+  if (!v.instance->is_identity) {
+    const Vec3 o = frame_point(&v.instance->object_from_world, q->ray->o);
+    const Vec3 d = frame_vector(&v.instance->object_from_world, q->ray->d);
+    if (!tree_ray_init(&v.ray, o, d, world->tmin)) return;
+  }
+  if (v.instance->kind != INSTANCE_MESH) {
+    shape_closest(q, &v);
+    return;
+  }
+  const MeshTree *m = v.instance->mesh;
+  for (size_t b = 0; b < m->block_count; b++) block_closest(q, &v, &m->blocks[b]);
+}
+
+static inline bool accel_closest_brute(const Accel *a, const Ray *ray, RayMask mask, HitFilter *filter,
+                                       const void *user, RayCounters *c, Hit *hit)
+{
+  Query q = query_of(ray, filter, user, c, false);
+  TreeRay r;
+  const bool is_ray = tree_ray_init(&r, ray->o, ray->d, ray->tmin) && r.tmin < ray->tmax;
+  for (uint32_t i = 0; is_ray && i < a->instance_count; i++) {
+    if (!(a->instances[i].mask & mask)) continue;
+    const float near = tree_ray_box(&r, a->boxes[i], FLT_MAX);
+    if (near < INFINITY) brute_instance(&q, a, i, &r, near);
+  }
+  *hit = q.best;
+  if (hit->instance == NO_HIT) hit->t = ray->tmax;
+  return hit->instance != NO_HIT;
+}
+
+#endif
