@@ -47,9 +47,13 @@ static int test_failures, test_checks;
     }                                                                             \
   } while (0)
 
-#define CHECK_NEAR(a, b, tolerance)                                                                       \
-  CHECK_MSG(fabs((double)(a) - (double)(b)) <= (double)(tolerance), "%.9g against %.9g, off by %.3g", (double)(a), \
-            (double)(b), (double)(a) - (double)(b))
+// Each argument is evaluated once.
+#define CHECK_NEAR(a, b, tolerance)                                                                         \
+  do {                                                                                                      \
+    const double near_a = (double)(a), near_b = (double)(b);                                                \
+    CHECK_MSG(fabs(near_a - near_b) <= (double)(tolerance), "%.9g against %.9g, off by %.3g", near_a, near_b, \
+              near_a - near_b);                                                                             \
+  } while (0)
 
 #define CHECK_TEXT(text, part) CHECK_MSG(strstr((text), (part)), "\"%s\" lacks \"%s\"", (text), (part))
 
