@@ -1,0 +1,38 @@
+// The unit that is compiled once per instruction set: RAYFOLD_LEVEL is ref, v2, v3 or v4. Everything it includes is
+// static; the table is all that leaves it.
+
+#include "render/hot.h"
+
+#include "accel/traverse.h"
+#include "render/tile.h"
+
+static Ray unpack_ray(const PackedRay *r)
+{
+  return (Ray){v3_load(r->o), v3_load(r->d), r->tmin, r->tmax};
+}
+
+static void hot_closest_n(const Accel *accel, const PackedRay *rays, Hit *hits, size_t count)
+{
+  RayCounters counters = {0};
+  for (size_t i = 0; i < count; i++) {
+    const Ray ray = unpack_ray(&rays[i]);
+    if (!accel_closest(accel, &ray, RAY_ALL, NULL, NULL, &counters, &hits[i])) hits[i].instance = NO_HIT;
+  }
+}
+
+static void hot_any_n(const Accel *accel, const PackedRay *rays, uint8_t *blocked, size_t count)
+{
+  RayCounters counters = {0};
+  for (size_t i = 0; i < count; i++) {
+    const Ray ray = unpack_ray(&rays[i]);
+    blocked[i] = accel_any(accel, &ray, RAY_ALL, NULL, NULL, &counters);
+  }
+}
+
+#define JOINED(a, b)      a##b
+#define TABLE_OF(level)   JOINED(hot_, level)
+#define TEXT_OF(level)    #level
+#define LEVEL_NAME(level) TEXT_OF(level)
+
+extern const HotTable TABLE_OF(RAYFOLD_LEVEL);
+const HotTable TABLE_OF(RAYFOLD_LEVEL) = {LEVEL_NAME(RAYFOLD_LEVEL), tile_render, hot_closest_n, hot_any_n};

@@ -1,0 +1,242 @@
+// Path: unidirectional path tracing with light sampling and multiple importance sampling (Veach 1997, chapters 9 and
+// 10; pbrt, "A better path tracer"). The steps below come in the order of the physics. The ray that continues the
+// path is also the BSDF's half of direct light, so each vertex costs one ray and one shadow ray a group of lights.
+//
+// Depth counts bounces: 0 is what the eye sees shining, 1 is direct light. Inside a body light fades by Beer-Lambert
+// with the absorption of the surface it came in through; bodies inside bodies are not kept track of.
+//
+// Does not know volumes, gates or caustics by any means but luck.
+
+#ifndef RAYFOLD_RENDER_PATH_H
+#define RAYFOLD_RENDER_PATH_H
+
+#include "render/hot.h"
+#include "render/sampler.h"
+#include "render/trace.h"
+#include "shade/light_sample.h"
+
+// Pairs of the sampler. The film's and the lens's come first, then those of each vertex.
+enum { PAIR_FILM, PAIR_LENS, PAIR_VERTEX, PAIR_SCATTER = 0, PAIR_CHOICES, PAIR_LIGHTS };
+
+typedef struct Path {
+  const RenderPass *pass;
+  const Sampler *sampler;
+  RayCounters *rays;
+  uint32_t seed;     // of this sample, for alpha
+  int32_t depth;     // bounces so far
+  Vec3 radiance;     // found so far
+  Vec3 throughput;   // what is left of radiance from the next vertex when it arrives at the eye
+  Vec3 absorption;   // per metre, where the ray is
+  float eta_scale;   // what refraction has taken off the throughput and will give back
+  Vec3 from;         // last vertex
+  float scatter_pdf; // with which its BSDF chose the ray
+  bool was_delta;    // no light could have been aimed at in that direction
+} Path;
+
+static inline uint32_t path_pair(const Path *p, uint32_t which)
+{
+  const uint32_t stride = PAIR_LIGHTS + 2 * (uint32_t)light_group_count(&p->pass->world->lights);
+  return PAIR_VERTEX + (uint32_t)p->depth * stride + which;
+}
+
+static inline uint32_t path_ray_seed(const Path *p, uint32_t ray)
+{
+  return hash_combine(p->seed, (uint32_t)p->depth << 16 | ray);
+}
+
+// Power heuristic with exponent 2 (Veach 1997, equation 9.13).
+static inline float mis_weight(float pdf, float other)
+{
+  if (!(pdf < 1e18f)) return 1; // its square would overflow
+  return pdf * pdf / (pdf * pdf + other * other);
+}
+
+// Adds light that arrives after `bounces` bounces, held to the user's limit if it is indirect.
+static inline void path_add(Path *p, int32_t bounces, Vec3 light)
+{
+  const float limit = p->pass->settings.clamp, most = v3_max_lane(light);
+  if (limit > 0 && bounces > 1 && most > limit) light = light * (limit / most);
+  p->radiance += light;
+}
+
+static inline Vec3 path_fade(Vec3 absorption, float distance)
+{
+  if (v3_is_zero(absorption)) return v3_all(1);
+  Vec3 left = v3_all(0);
+  for (int k = 0; k < 3; k++) left[k] = absorption[k] > 0 ? f_exp(-absorption[k] * distance) : 1;
+  return left;
+}
+
+// --- add what it emits --------------------------------------------------------------------------
+
+// Weight of light found by following the BSDF where aiming could have found it, too.
+static inline float path_found_weight(const Path *p, float light_pdf)
+{
+  return p->depth == 0 || p->was_delta ? 1 : mis_weight(p->scatter_pdf, light_pdf);
+}
+
+static inline void path_add_emission(Path *p, const SurfaceMaterial *m, const SurfacePoint *s, const Ray *ray,
+                                     const Hit *hit)
+{
+  const World *w = p->pass->world;
+  const Vec3 emitted = material_emission(m, w->textures, s);
+  if (v3_is_zero(emitted)) return;
+  const int32_t *emitters = w->instances[s->instance].emitters;
+  const int32_t emitter = m->is_light && emitters ? emitters[s->prim] : -1;
+  float weight = 1;
+  if (emitter >= 0) {
+    const float pdf =
+        light_pdf_emitter(&w->lights, (uint32_t)emitter, p->from, ray->d, hit->t, v3_dot(ray->d, s->ng));
+    weight = path_found_weight(p, pdf);
+  }
+  path_add(p, p->depth, p->throughput * emitted * weight);
+}
+
+// The ray leaves the scene: the sky, and the disks of suns.
+static inline void path_add_sky(Path *p, Vec3 d)
+{
+  const LightSet *lights = &p->pass->world->lights;
+  Vec3 light = sky_radiance(&lights->sky, d) * path_found_weight(p, sky_pdf(&lights->sky, d));
+  for (size_t i = 0; i < lights->sun_count; i++) {
+    const Sun *sun = &lights->suns[i];
+    light += sun_radiance(sun, d) * path_found_weight(p, sun_pdf(sun, d));
+  }
+  path_add(p, p->depth, p->throughput * light * path_fade(p->absorption, INFINITY));
+}
+
+// --- sample lights ------------------------------------------------------------------------------
+
+// What is absorbed on the way from s towards wl: outside nothing, inside what the body's skin says.
+static inline Vec3 path_absorption_towards(const Path *p, const SurfaceMaterial *m, const SurfacePoint *s,
+                                           Vec3 wl)
+{
+  const bool crosses = (v3_dot(wl, s->ng) < 0) != s->is_back;
+  if (!crosses || m->is_thin_walled) return p->absorption;
+  return s->is_back ? v3_all(0) : m->absorption;
+}
+
+static inline void path_sample_lights(Path *p, const SurfaceMaterial *m, const SurfacePoint *s, const Bsdf *b,
+                                      const BsdfView *view)
+{
+  const World *w = p->pass->world;
+  const size_t groups = light_group_count(&w->lights);
+  for (size_t g = 0; g < groups; g++) {
+    const Vec2 place = sample_pair(p->sampler, path_pair(p, PAIR_LIGHTS + 2 * (uint32_t)g));
+    // Only emitters are chosen among.
+    const float choice =
+        g == 0 && w->lights.emitter_count > 1 ? sample_pair(p->sampler, path_pair(p, PAIR_LIGHTS + 1)).x : 0;
+    LightSample l;
+    float scatter_pdf;
+    if (!light_sample(&w->lights, w->textures, g, s->p, b->frame.z, choice, place, &l)) continue;
+    const Vec3 f = bsdf_eval_view(b, view, l.wl, &scatter_pdf);
+    const Vec3 light = p->throughput * f * l.radiance *
+                       path_fade(path_absorption_towards(p, m, s, l.wl), l.distance) *
+                       ((l.is_delta ? 1 : mis_weight(l.pdf, scatter_pdf)) / l.pdf);
+    if (v3_is_zero(light)) continue;
+    if (!trace_is_free(w, s, l.wl, l.distance, path_ray_seed(p, 1 + (uint32_t)g), p->rays)) continue;
+    path_add(p, p->depth + 1, light);
+  }
+}
+
+// --- scatter, and decide whether to go on -------------------------------------------------------
+
+static inline bool path_scatter(Path *p, const SurfaceMaterial *m, const SurfacePoint *s, const Bsdf *b,
+                                Vec3 wo, float choice, Ray *ray)
+{
+  BsdfSample next;
+  const Vec2 place = sample_pair(p->sampler, path_pair(p, PAIR_SCATTER));
+  if (!bsdf_sample(b, wo, choice, place, &next)) return false;
+  p->throughput *= next.weight;
+  if (v3_is_zero(p->throughput) || !v3_is_finite(p->throughput)) return false;
+  if (next.is_transmission) {
+    p->absorption = path_absorption_towards(p, m, s, next.wl);
+    if (!b->is_thin) p->eta_scale *= b->eta * b->eta;
+  }
+  p->scatter_pdf = next.pdf;
+  p->was_delta = next.is_delta;
+  p->from = s->p;
+  *ray = (Ray){offset_origin(s, next.wl), next.wl, 0, INFINITY};
+  return true;
+}
+
+// Russian roulette (Arvo and Kirk 1990) on what the path can still bring, were it not inside a dense body.
+static inline bool path_survives(Path *p, float chance)
+{
+  if (p->depth < p->pass->settings.roulette_depth) return true;
+  const float keep = min_f(v3_max_lane(p->throughput) * p->eta_scale, 1);
+  if (!(chance < keep)) return false;
+  p->throughput = p->throughput / keep;
+  return true;
+}
+
+// --- the walk -----------------------------------------------------------------------------------
+
+static inline bool bsdf_is_delta(const Bsdf *b)
+{
+  const bool has_rough = (b->alpha > 0 && bsdf_has_specular(b)) || (b->coat > 0 && b->coat_alpha > 0) ||
+                         (b->glass > 0 && b->is_thin && b->thin_alpha > 0);
+  return !has_rough && v3_is_zero(b->diffuse) && v3_is_zero(b->multiple);
+}
+
+// What the film keeps of the first thing seen.
+static inline void path_first_hit(const RenderPass *pass, const SurfacePoint *s, const Hit *hit, Vec3 albedo,
+                                  FilmSample *out)
+{
+  const Eye *e = &pass->eye;
+  out->is_hit = true;
+  out->albedo = albedo;
+  out->normal = s->is_back ? -s->n : s->n;
+  out->position = s->p;
+  out->depth = e->kind == EYE_PANORAMIC ? hit->t : v3_dot(e->frame.p - s->p, e->frame.z);
+  out->object = pass->world->instances[s->instance].object_i + 1;
+  out->material = s->material + 1;
+}
+
+static inline FilmSample path_render(const RenderPass *pass, const Sampler *sampler, Ray ray, uint32_t seed,
+                                     RayCounters *rays)
+{
+  const World *w = pass->world;
+  FilmSample out = {.alpha = 1};
+  Path p = {
+      .pass = pass, .sampler = sampler, .rays = rays, .seed = seed, .throughput = v3_all(1), .eta_scale = 1};
+  for (;; p.depth++) {
+    // Find the next vertex.
+    Hit hit;
+    if (!trace_closest(w, &ray, p.depth ? RAY_BOUNCE : RAY_CAMERA, path_ray_seed(&p, 0), rays, &hit)) {
+      const bool is_background = p.depth == 0 && pass->settings.transparent;
+      if (is_background)
+        out.alpha = 0;
+      else
+        path_add_sky(&p, ray.d);
+      break;
+    }
+    const SurfacePoint s = trace_surface(w, &ray, &hit);
+    const SurfaceMaterial *m = &w->materials[s.material];
+    const Vec3 wo = -ray.d;
+    p.throughput *= path_fade(p.absorption, hit.t);
+
+    // Add what it emits.
+    path_add_emission(&p, m, &s, &ray, &hit);
+    Bsdf b;
+    material_bsdf(m, w->textures, &s, wo, &b);
+    if (p.depth == 0) path_first_hit(pass, &s, &hit, bsdf_albedo(&b), &out);
+    if (p.depth >= pass->settings.max_depth || m->kind == SURFACE_EMISSION) break;
+
+    // Sample lights, every group of them.
+    if (!bsdf_is_delta(&b)) {
+      const BsdfView view = bsdf_view(&b, frame_local(&b.frame, wo));
+      path_sample_lights(&p, m, &s, &b, &view);
+    }
+
+    // Scatter.
+    const Vec2 choices = sample_pair(sampler, path_pair(&p, PAIR_CHOICES));
+    if (!path_scatter(&p, m, &s, &b, wo, choices.x, &ray)) break;
+
+    // Decide whether to go on.
+    if (!path_survives(&p, choices.y)) break;
+  }
+  out.radiance = p.radiance;
+  return out;
+}
+
+#endif

@@ -1,0 +1,74 @@
+// Trace: the questions integrators ask of a world. What does this ray meet, is the way free, what is it like there.
+// Surfaces that are not wholly there (alpha, single-sided) are settled here, by chance but without state: whether a
+// surface counts is a function of the ray's seed and the surface, so the order of traversal does not matter.
+
+#ifndef RAYFOLD_RENDER_TRACE_H
+#define RAYFOLD_RENDER_TRACE_H
+
+#include "accel/traverse.h"
+#include "base/hash.h"
+#include "geom/offset.h"
+#include "shade/bsdf.h"
+#include "world/world.h"
+
+typedef struct TraceQuery {
+  const World *world;
+  uint32_t seed; // one a ray
+} TraceQuery;
+
+static inline SurfacePoint trace_surface(const World *w, const Ray *ray, const Hit *hit)
+{
+  const Instance *i = &w->accel->instances[hit->instance];
+  const Placement at = {&i->world_from_object, &i->object_from_world};
+  SurfacePoint s;
+  switch ((InstanceKind)i->kind) {
+  case INSTANCE_MESH: s = surface_of_triangle(&w->instances[hit->instance].mesh, &at, ray, hit); break;
+  case INSTANCE_SPHERE: s = surface_of_sphere(i->size[0], &at, ray, hit); break;
+  case INSTANCE_QUAD: s = surface_of_flat(i->size[0], i->size[1], &at, ray, hit); break;
+  case INSTANCE_DISK: s = surface_of_flat(i->size[0], i->size[0], &at, ray, hit); break;
+  default: unreachable();
+  }
+  s.material = world_material(w, hit);
+  return s;
+}
+
+// Does the surface stop this ray? Coverage is settled by comparing with a hash (stochastic transparency, Enderton et
+// al. 2010): right on average, and each path sees a surface that is there or not.
+static bool trace_counts(const void *user, const Ray *ray, const Hit *hit)
+{
+  const TraceQuery *q = user;
+  const World *w = q->world;
+  const SurfaceMaterial *m = &w->materials[world_material(w, hit)];
+  if (!m->needs_filter) return true;
+  const SurfacePoint s = trace_surface(w, ray, hit);
+  if (s.is_back && !m->is_double_sided) return false;
+  const float opacity = material_opacity(m, w->textures, s.uv, s.color);
+  if (opacity >= 1) return true;
+  return unit_float(hash_combine(hash_combine(q->seed, hit->instance), hit->prim)) < opacity;
+}
+
+static inline bool trace_closest(const World *w, const Ray *ray, RayMask mask, uint32_t seed,
+                                 RayCounters *rays, Hit *hit)
+{
+  const TraceQuery q = {w, seed};
+  if (mask == RAY_CAMERA)
+    rays->camera_rays++;
+  else
+    rays->bounce_rays++;
+  return accel_closest(w->accel, ray, mask, trace_counts, &q, rays, hit);
+}
+
+// Is the way from s towards wl free for `distance`? It ends short of the light, whose own surface is not in the way:
+// by the rounding of both ends and of the direction.
+static inline bool trace_is_free(const World *w, const SurfacePoint *s, Vec3 wl, float distance,
+                                 uint32_t seed, RayCounters *rays)
+{
+  const TraceQuery q = {w, seed};
+  const Vec3 size = v3_abs(s->p);
+  const float slack = 1e-5f * distance + 1e-6f * v3_max_lane(size);
+  const Ray ray = {offset_origin(s, wl), wl, 0, distance < INFINITY ? distance - slack : distance};
+  rays->shadow_rays++;
+  return !accel_any(w->accel, &ray, RAY_SHADOW, trace_counts, &q, rays);
+}
+
+#endif
