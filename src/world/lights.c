@@ -1,0 +1,304 @@
+// From lights and shining surfaces to emitters that can be aimed at. An area light is a real thing: an instance with
+// an emissive material that is there from its front only.
+
+#include "world/prepare.h"
+
+#include <string.h>
+
+static double radians(float degrees) { return (double)degrees * (3.14159265358979323846 / 180); }
+
+// A pose at p whose z axis points to target; y is up as far as that is possible.
+static Frame facing(const float position[3], const float target[3])
+{
+  const Vec3 p = v3_load(position);
+  Vec3 z = v3_normalize(v3_load(target) - p);
+  if (v3_is_zero(z)) z = v3(0, -1, 0);
+  const Vec3 up = fabsf(z[1]) > 0.999f ? v3(0, 0, -1) : v3(0, 1, 0);
+  const Vec3 x = v3_normalize(v3_cross(up, z));
+  return (Frame){x, v3_cross(z, x), z, p};
+}
+
+static bool add_emitter(Prepare *p, const Emitter *e) { return array_push(&p->emitters, *e) || prepare_failed_memory(p); }
+
+// The instance of an area light; its emitter comes with those of all other shining surfaces.
+static bool add_area(Prepare *p, const Frame *frame, InstanceKind kind, float size_x, float size_y,
+                     const float radiance[3], bool is_visible, uint32_t object_i)
+{
+  SurfaceMaterial m = surface_default();
+  m.kind = SURFACE_EMISSION;
+  m.is_double_sided = false;
+  m.needs_filter = true; // from behind the light is not there
+  m.emission = v3_load(radiance);
+  m.is_light = !v3_is_zero(m.emission);
+  uint32_t *material = arena_alloc(&p->world->arena, 1, sizeof *material);
+  if (!material || !array_push(&p->materials, m)) return prepare_failed_memory(p);
+  *material = (uint32_t)p->materials.count - 1;
+  const WorldInstance w = {.materials = material, .slot_count = 1, .object_i = object_i};
+  const Instance i = {.world_from_object = *frame, .size = {size_x, size_y}, .kind = (uint8_t)kind,
+                      .mask = (uint8_t)(is_visible ? RAY_ALL : RAY_ALL & ~RAY_CAMERA)};
+  return prepare_add_instance(p, &i, &w, -1);
+}
+
+static bool add_sun(Prepare *p, const LightSun *l, const Frame *frame)
+{
+  const Vec3 d = v3_normalize(frame_vector(frame, v3_load(l->direction)));
+  if (v3_is_zero(d)) return err_set(p->err, ERR_BAD_SCENE, "a sun's direction is zero; let it point to the sun");
+  const double radius = radians(l->angle) / 2, one_minus_cos = 2 * pow(sin(radius / 2), 2);
+  // Below a thousandth of a degree the disk's solid angle drowns in rounding, and nobody sees it.
+  const bool is_point = l->angle < 1e-3f;
+  // A disk of radiance L around the zenith gives pi L sin^2 of its radius.
+  const double projected = 3.14159265358979323846 * pow(sin(radius), 2);
+  const Vec3 radiance = is_point ? v3_load(l->irradiance) : v3_load(l->irradiance) / (float)projected;
+  const Sun sun = {d, radiance, is_point ? 0 : (float)one_minus_cos};
+  return array_push(&p->suns, sun) || prepare_failed_memory(p);
+}
+
+static bool add_spot(Prepare *p, const LightSpot *l, const Frame *frame)
+{
+  const Vec3 at = frame_point(frame, v3_load(l->position));
+  const Vec3 axis = v3_normalize(frame_point(frame, v3_load(l->target)) - at);
+  if (v3_is_zero(axis))
+    return err_set(p->err, ERR_BAD_SCENE, "a spot light's target is where the light is; aim it at another point");
+  const float inner = l->inner_angle < l->angle ? l->inner_angle : l->angle;
+  const Emitter e = {.kind = EMITTER_SPOT, .p = at, .x = axis, .color = v3_load(l->intensity), .map = -1,
+                     .mean_map = 1, .cos_outer = (float)cos(radians(l->angle)), .cos_inner = (float)cos(radians(inner))};
+  return add_emitter(p, &e);
+}
+
+static bool add_light(Prepare *p, const Light *l, const Frame *frame, uint32_t object_i)
+{
+  switch ((LightKind)l->kind) {
+  case LIGHT_POINT: {
+    const Emitter e = {.kind = EMITTER_POINT, .p = frame_point(frame, v3_load(l->point.position)),
+                       .color = v3_load(l->point.intensity), .map = -1, .mean_map = 1};
+    return add_emitter(p, &e);
+  }
+  case LIGHT_SPOT: return add_spot(p, &l->spot, frame);
+  case LIGHT_SUN: return add_sun(p, &l->sun, frame);
+  case LIGHT_RECT: {
+    const Frame own = facing(l->rect.position, l->rect.target), f = frame_product(frame, &own);
+    return add_area(p, &f, INSTANCE_QUAD, l->rect.size[0] / 2, l->rect.size[1] / 2, l->rect.radiance,
+                    l->rect.visible_to_camera, object_i);
+  }
+  case LIGHT_DISK: {
+    const Frame own = facing(l->disk.position, l->disk.target), f = frame_product(frame, &own);
+    return add_area(p, &f, INSTANCE_DISK, l->disk.radius, 0, l->disk.radiance, l->disk.visible_to_camera, object_i);
+  }
+  case LIGHT_SPHERE: {
+    Frame own = frame_identity();
+    own.p = v3_load(l->sphere.position);
+    const Frame f = frame_product(frame, &own);
+    return add_area(p, &f, INSTANCE_SPHERE, l->sphere.radius, 0, l->sphere.radiance, l->sphere.visible_to_camera,
+                    object_i);
+  }
+  }
+  unreachable();
+}
+
+bool prepare_scene_lights(Prepare *p, const Source *source, const Frame *frame, uint32_t object_i)
+{
+  for (size_t i = 0; i < source->scene->lights.count; i++)
+    if (!add_light(p, &source->scene->lights.items[i], frame, object_i)) return err_where(p->err, "lights[%zu]", i);
+  return true;
+}
+
+// --- shining surfaces -----------------------------------------------------------------------------
+// Cut-out surfaces are not aimed at: a point on a hole would shine. They still light what their rays meet.
+static bool is_aimable(const SurfaceMaterial *m) { return m->is_light && m->alpha_mode == SURFACE_OPAQUE; }
+
+static bool is_similarity(const Frame *f)
+{
+  const float x = v3_length(f->x), y = v3_length(f->y), z = v3_length(f->z), e = 1e-4f * x;
+  return fabsf(x - y) < e && fabsf(x - z) < e && fabsf(v3_dot(f->x, f->y)) < e * x &&
+         fabsf(v3_dot(f->y, f->z)) < e * x && fabsf(v3_dot(f->z, f->x)) < e * x;
+}
+
+static Emitter emitter_of(const Prepare *p, const SurfaceMaterial *m)
+{
+  Emitter e = {.color = m->emission, .is_two_sided = m->is_double_sided, .map = m->emission_map.map, .mean_map = 1};
+  const int32_t part = e.map >= 0 ? p->texture_parts.items[e.map] : -1;
+  if (part >= 0) e.mean_map = image_part_mean(p->parts->images.items[part], p->textures.items[e.map].is_srgb);
+  return e;
+}
+
+// The emitter of a shape, in world space; area 0 if it has none that can be sampled.
+static Emitter shape_emitter(Prepare *p, const Instance *i, const SurfaceMaterial *m)
+{
+  const Frame *f = &i->world_from_object;
+  Emitter e = emitter_of(p, m);
+  switch ((InstanceKind)i->kind) {
+  case INSTANCE_MESH: break;
+  case INSTANCE_SPHERE:
+    if (!is_similarity(f) || e.map >= 0) {
+      note_once(&p->world->notes, "a shining ellipsoid or textured sphere is not aimed at, which costs noise; use a mesh");
+      break;
+    }
+    e.kind = EMITTER_SPHERE;
+    e.p = f->p;
+    e.radius = i->size[0] * v3_length(f->x);
+    e.area = 4 * PI * e.radius * e.radius;
+    break;
+  case INSTANCE_QUAD:
+    e.kind = EMITTER_QUAD;
+    e.p = frame_point(f, v3(-i->size[0], -i->size[1], 0));
+    e.x = f->x * (2 * i->size[0]);
+    e.y = f->y * (2 * i->size[1]);
+    e.area = v3_length(v3_cross(e.x, e.y));
+    break;
+  case INSTANCE_DISK:
+    e.kind = EMITTER_DISK;
+    e.p = f->p;
+    e.x = f->x * i->size[0];
+    e.y = f->y * i->size[0];
+    e.area = PI * v3_length(v3_cross(e.x, e.y));
+    break;
+  }
+  return e;
+}
+
+// The normal of an emitter is cross(x, y). A mirroring map turns the winding but not the outside of a thing.
+static void unmirror(Emitter *e, const Frame *f)
+{
+  if (frame_determinant(f) >= 0) return;
+  if (e->kind != EMITTER_TRIANGLE && e->map >= 0) e->area = 0; // its picture would be turned: not aimed at
+  const Vec3 x = e->x;
+  e->x = e->y;
+  e->y = x;
+  for (int c = 0; c < 2; c++) {
+    const float t = e->uv[1][c];
+    e->uv[1][c] = e->uv[2][c];
+    e->uv[2][c] = t;
+  }
+}
+
+static Emitter triangle_emitter(const Prepare *p, const Emitter *base, const Frame *f, const TriangleMesh *mesh,
+                                size_t triangle)
+{
+  Emitter e = *base;
+  Vec3 v[3];
+  e.kind = EMITTER_TRIANGLE;
+  const float *uv = e.map >= 0 ? mesh->texcoords[p->textures.items[e.map].texcoord] : NULL;
+  for (int k = 0; k < 3; k++) {
+    const uint32_t vertex = mesh->triangles[3 * triangle + (size_t)k];
+    v[k] = frame_point(f, v3_load(mesh->positions + 3 * (size_t)vertex));
+    for (int c = 0; uv && c < 2; c++) e.uv[k][c] = uv[2 * (size_t)vertex + (size_t)c];
+  }
+  e.p = v[0];
+  e.x = v[1] - v[0];
+  e.y = v[2] - v[0];
+  e.area = v3_length(v3_cross(e.x, e.y)) / 2;
+  unmirror(&e, f);
+  return e;
+}
+
+static bool mesh_emitters(Prepare *p, size_t index, const MeshData *data)
+{
+  WorldInstance *w = &p->shading.items[index];
+  const Frame *f = &p->instances.items[index].world_from_object;
+  int32_t *table = arena_alloc(&p->world->arena, data->triangle_count, sizeof *table);
+  if (!table) return prepare_failed_memory(p);
+  for (size_t t = 0; t < data->triangle_count; t++) {
+    const uint32_t slot = w->slots && w->slots[t] < w->slot_count ? w->slots[t] : 0;
+    const SurfaceMaterial *m = &p->materials.items[w->materials[slot]];
+    table[t] = -1;
+    if (!is_aimable(m)) continue;
+    const Emitter base = emitter_of(p, m), e = triangle_emitter(p, &base, f, &w->mesh, t);
+    if (!(e.area > 0) || !isfinite(e.area)) continue;
+    table[t] = (int32_t)p->emitters.count;
+    if (!add_emitter(p, &e)) return false;
+  }
+  w->emitters = table;
+  return true;
+}
+
+static bool shape_emitters(Prepare *p, size_t index)
+{
+  WorldInstance *w = &p->shading.items[index];
+  const Instance *i = &p->instances.items[index];
+  Emitter e = shape_emitter(p, i, &p->materials.items[w->materials[0]]);
+  unmirror(&e, &i->world_from_object);
+  if (!(e.area > 0) || !isfinite(e.area)) return true;
+  int32_t *table = arena_alloc(&p->world->arena, 1, sizeof *table);
+  if (!table) return prepare_failed_memory(p);
+  *table = (int32_t)p->emitters.count;
+  w->emitters = table;
+  return add_emitter(p, &e);
+}
+
+bool prepare_emitters(Prepare *p)
+{
+  for (size_t i = 0; i < p->instances.count; i++) {
+    const WorldInstance *w = &p->shading.items[i];
+    bool shines = false;
+    for (uint32_t s = 0; s < w->slot_count; s++) shines |= is_aimable(&p->materials.items[w->materials[s]]);
+    if (!shines) continue;
+    const int32_t part = p->mesh_parts.items[i];
+    if (part >= 0 ? !mesh_emitters(p, i, p->parts->meshes.items[part].data) : !shape_emitters(p, i)) return false;
+  }
+  return true;
+}
+
+// --- sky ------------------------------------------------------------------------------------------
+bool prepare_sky(Prepare *p)
+{
+  const Sky *sky = &p->scene->sky;
+  p->sky_part = -1;
+  if (sky->kind != SKY_IMAGE) return true;
+  if (!sky->image.file)
+    return err_set(p->err, ERR_BAD_SCENE, "the sky names no file; give it one, \"file\": \"studio.exr\"");
+  Text path = {0};
+  bool ok = scene_file_path(p->scene, sky->image.file, p->options, &path, p->err);
+  if (ok) {
+    p->sky_part = parts_add_image(p->parts, p->previous, text_get(&path), NULL, 0);
+    if (p->sky_part < 0) ok = prepare_failed_memory(p);
+  } else {
+    err_where(p->err, "sky");
+  }
+  text_finish(&path);
+  return ok;
+}
+
+// The sky is read as float rgb; pictures stored otherwise are turned into that once, negative and odd values to 0.
+static bool sky_pixels(Prepare *p, const Image *from, Image *to)
+{
+  const bool decode = from->type == PIXEL_U8 || from->type == PIXEL_U16;
+  *to = (Image){from->width, from->height, 3, PIXEL_F32, NULL};
+  float *out = arena_alloc(&p->world->arena, (size_t)from->width * from->height, 3 * sizeof *out);
+  to->pixels = out;
+  if (!out) return prepare_failed_memory(p);
+  for (uint32_t y = 0; y < from->height; y++)
+    for (uint32_t x = 0; x < from->width; x++)
+      for (uint32_t c = 0; c < 3; c++) {
+        const float v = image_value(from, x, y, from->channels >= 3 ? c : 0);
+        *out++ = decode ? srgb_decode(v) : v > 0 && v < FLT_MAX ? v : 0;
+      }
+  return true;
+}
+
+bool prepare_light_set(Prepare *p)
+{
+  const Sky *sky = &p->scene->sky;
+  SkyMap map = {.gain = 1};
+  switch ((SkyKind)sky->kind) {
+  case SKY_CONSTANT:
+    map.kind = SKY_MAP_CONSTANT;
+    map.color = v3_load(sky->constant.color);
+    map.gain = sky->constant.gain;
+    break;
+  case SKY_GRADIENT:
+    map.kind = SKY_MAP_GRADIENT;
+    map.color = v3_load(sky->gradient.zenith);
+    map.horizon = v3_load(sky->gradient.horizon);
+    map.ground = v3_load(sky->gradient.ground);
+    map.gain = sky->gradient.gain;
+    break;
+  case SKY_IMAGE:
+    map.kind = SKY_MAP_IMAGE;
+    map.gain = sky->image.gain;
+    map.rotation = (float)radians(sky->image.rotation);
+    if (!sky_pixels(p, &p->parts->images.items[p->sky_part]->image, &map.image)) return false;
+    break;
+  }
+  return light_set_build(&p->world->lights, p->emitters.items, p->emitters.count, p->suns.items, p->suns.count, &map,
+                         p->err);
+}

@@ -1,0 +1,192 @@
+// From a scene's materials and textures to the form shading reads: names become indices, degrees and percentages
+// become the numbers of the formulas. Pixels are attached later, when all pictures are decoded.
+
+#include "world/prepare.h"
+
+// The 2x3 matrix of scale first, then rotation, then offset (KHR_texture_transform, in our v-up coordinates).
+static void uv_map(const TextureCommon *t, float m[2][3])
+{
+  const double a = (double)t->rotation * (3.14159265358979323846 / 180);
+  const float c = (float)cos(a), s = (float)sin(a);
+  m[0][0] = c * t->scale[0];
+  m[0][1] = -s * t->scale[1];
+  m[0][2] = t->offset[0];
+  m[1][0] = s * t->scale[0];
+  m[1][1] = c * t->scale[1];
+  m[1][2] = t->offset[1];
+}
+
+static bool image_source(Prepare *p, const Scene *scene, const Texture *t, int32_t *part)
+{
+  if (t->embedded) {
+    *part = parts_add_image(p->parts, p->previous, NULL, t->embedded, t->embedded_size);
+  } else {
+    if (!t->image.file)
+      return err_set(p->err, ERR_BAD_SCENE, "texture \"%s\" names no file; give it one, \"file\": \"picture.png\"",
+                     t->name);
+    Text path = {0};
+    const bool ok = scene_file_path(scene, t->image.file, p->options, &path, p->err);
+    if (ok) *part = parts_add_image(p->parts, p->previous, text_get(&path), NULL, 0);
+    text_finish(&path);
+    if (!ok) return err_where(p->err, "texture \"%s\"", t->name);
+  }
+  return *part >= 0 || prepare_failed_memory(p);
+}
+
+static bool make_map(Prepare *p, const Scene *scene, const Texture *t, bool is_color, int32_t *map)
+{
+  TextureMap m = {.texcoord = (uint8_t)t->common.texcoord};
+  int32_t part = -1;
+  uv_map(&t->common, m.uv_map);
+  switch ((TextureKind)t->kind) {
+  case TEXTURE_IMAGE: {
+    const TextureImage *image = &t->image;
+    m.kind = TEXTURE_MAP_IMAGE;
+    m.wrap_u = (uint8_t)image->wrap_u;
+    m.wrap_v = (uint8_t)image->wrap_v;
+    m.is_nearest = image->filter == TEXEL_NEAREST;
+    m.is_srgb = image->encoding == ENCODING_SRGB || (image->encoding == ENCODING_AUTO && is_color);
+    for (int i = 0; i < 3; i++) {
+      m.gain[i] = image->gain[i];
+      m.bias[i] = image->bias[i];
+    }
+    if (!image_source(p, scene, t, &part)) return false;
+    break;
+  }
+  case TEXTURE_CHECKER:
+    m.kind = TEXTURE_MAP_CHECKER;
+    for (int i = 0; i < 3; i++) {
+      m.color_a[i] = t->checker.color_a[i];
+      m.color_b[i] = t->checker.color_b[i];
+    }
+    break;
+  }
+  if (!array_push(&p->textures, m) || !array_push(&p->texture_parts, part)) return prepare_failed_memory(p);
+  *map = (int32_t)p->textures.count - 1;
+  return true;
+}
+
+int32_t prepare_texture(Prepare *p, Source *source, int32_t texture, bool is_color, bool *ok)
+{
+  if (texture < 0 || (size_t)texture >= source->scene->textures.count || !*ok) return -1;
+  int32_t *map = &(is_color ? source->color_maps : source->data_maps)[texture];
+  if (*map < 0) *ok = make_map(p, source->scene, &source->scene->textures.items[texture], is_color, map);
+  return *map;
+}
+
+void prepare_texture_pixels(Prepare *p)
+{
+  for (size_t i = 0; i < p->textures.count; i++)
+    if (p->texture_parts.items[i] >= 0)
+      p->textures.items[i].image = p->parts->images.items[p->texture_parts.items[i]]->image;
+  for (size_t i = 0; i < p->parts->images.count; i++) {
+    const Image *img = &p->parts->images.items[i]->image;
+    p->world->texture_bytes += (size_t)img->width * img->height * img->channels * pixel_size(img->type);
+  }
+}
+
+// --- materials ------------------------------------------------------------------------------------
+// Beer-Lambert: white light is attenuation_color after attenuation_distance, so sigma = -ln(color) / distance
+// (KHR_materials_volume). A black channel would be infinite; 1e-4 is as black as a picture needs.
+static Vec3 absorption(const float color[3], float distance)
+{
+  if (distance <= 0) return v3_all(0);
+  Vec3 sigma = v3_all(0);
+  for (int i = 0; i < 3; i++) sigma[i] = -(float)log(fmax((double)color[i], 1e-4)) / distance;
+  return sigma;
+}
+
+SurfaceMaterial surface_default(void)
+{
+  const TextureRef none = {-1, 0};
+  return (SurfaceMaterial){
+      .kind = SURFACE_PBR, .is_double_sided = true, .color = v3_all(0.8f), .specular_color = v3_all(1), .opacity = 1,
+      .alpha_cutoff = 0.5f, .roughness = 0.5f, .ior = 1.5f, .specular = 1, .normal_scale = 1, .color_map = none,
+      .opacity_map = none, .metallic_map = none, .roughness_map = none, .normal_map = none, .emission_map = none,
+      .specular_map = none, .specular_color_map = none, .transmission_map = none, .clearcoat_map = none,
+      .clearcoat_roughness_map = none};
+}
+
+static SurfaceMaterial from_pbr(Prepare *p, Source *source, const Pbr *m, bool *ok)
+{
+  SurfaceMaterial s = surface_default();
+  s.alpha_mode = (uint8_t)m->alpha_mode;
+  s.is_double_sided = m->double_sided;
+  s.is_thin_walled = m->thin_walled;
+  s.color = v3_load(m->base_color);
+  s.emission = v3_load(m->emissive) * m->emissive_strength;
+  s.is_light = !v3_is_zero(s.emission);
+  s.needs_filter = m->alpha_mode != ALPHA_OPAQUE || !m->double_sided;
+  s.specular_color = v3_load(m->specular_color);
+  s.absorption = absorption(m->attenuation_color, m->attenuation_distance);
+  s.opacity = m->opacity;
+  s.alpha_cutoff = m->alpha_cutoff;
+  s.metallic = m->metallic;
+  s.roughness = m->roughness;
+  s.ior = m->ior;
+  s.specular = m->specular;
+  s.transmission = m->transmission;
+  s.clearcoat = m->clearcoat;
+  s.clearcoat_roughness = m->clearcoat_roughness;
+  s.normal_scale = m->normal_scale;
+  s.color_map = (TextureRef){prepare_texture(p, source, m->base_color_texture, true, ok), 0};
+  s.opacity_map = (TextureRef){prepare_texture(p, source, m->opacity_texture, false, ok), 0};
+  s.metallic_map =
+      (TextureRef){prepare_texture(p, source, m->metallic_texture, false, ok), (uint8_t)m->metallic_channel};
+  s.roughness_map =
+      (TextureRef){prepare_texture(p, source, m->roughness_texture, false, ok), (uint8_t)m->roughness_channel};
+  s.normal_map = (TextureRef){prepare_texture(p, source, m->normal_texture, false, ok), 0};
+  s.emission_map = (TextureRef){prepare_texture(p, source, m->emissive_texture, true, ok), 0};
+  s.specular_map = (TextureRef){prepare_texture(p, source, m->specular_texture, false, ok), 3};
+  s.specular_color_map = (TextureRef){prepare_texture(p, source, m->specular_color_texture, true, ok), 0};
+  s.transmission_map = (TextureRef){prepare_texture(p, source, m->transmission_texture, false, ok), 0};
+  s.clearcoat_map = (TextureRef){prepare_texture(p, source, m->clearcoat_texture, false, ok), 0};
+  s.clearcoat_roughness_map =
+      (TextureRef){prepare_texture(p, source, m->clearcoat_roughness_texture, false, ok), 1};
+  return s;
+}
+
+static SurfaceMaterial from_material(Prepare *p, Source *source, const Material *m, bool *ok)
+{
+  SurfaceMaterial s = surface_default();
+  switch ((MaterialKind)m->kind) {
+  case MATERIAL_PBR: return from_pbr(p, source, &m->pbr, ok);
+  case MATERIAL_LAMBERT:
+    s.kind = SURFACE_LAMBERT;
+    s.color = v3_load(m->lambert.albedo);
+    s.color_map.map = prepare_texture(p, source, m->lambert.albedo_texture, true, ok);
+    return s;
+  case MATERIAL_MIRROR:
+    s.kind = SURFACE_MIRROR;
+    s.color = v3_load(m->mirror.color);
+    return s;
+  case MATERIAL_GLASS:
+    s.kind = SURFACE_GLASS;
+    s.color = v3_load(m->glass.color);
+    s.ior = m->glass.ior;
+    s.roughness = m->glass.roughness;
+    s.transmission = 1;
+    s.absorption = absorption(m->glass.attenuation_color, m->glass.attenuation_distance);
+    return s;
+  case MATERIAL_EMISSION:
+    s.kind = SURFACE_EMISSION;
+    s.is_double_sided = m->emission.double_sided;
+    s.emission = v3_load(m->emission.color) * m->emission.strength;
+    s.is_light = m->emission.lights_others && !v3_is_zero(s.emission);
+    s.emission_map.map = prepare_texture(p, source, m->emission.color_texture, true, ok);
+    return s;
+  }
+  unreachable();
+}
+
+bool prepare_materials(Prepare *p, Source *source)
+{
+  bool ok = true;
+  source->material_base = (uint32_t)p->materials.count;
+  for (size_t i = 0; i < source->scene->materials.count && ok; i++) {
+    const SurfaceMaterial s = from_material(p, source, &source->scene->materials.items[i], &ok);
+    if (ok && !array_push(&p->materials, s)) ok = prepare_failed_memory(p);
+    if (!ok) err_where(p->err, "material \"%s\"", source->scene->materials.items[i].name);
+  }
+  return ok;
+}

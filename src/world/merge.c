@@ -1,0 +1,178 @@
+// See merge.h. Two walks over the instances: one counts, one writes.
+
+#include "world/merge.h"
+
+#include "base/mem.h"
+#include "world/parts.h"
+
+#include <string.h>
+
+enum { AROUND = 64, DOWN = 32 }; // facets of a sphere; a disk has AROUND
+
+typedef struct Size {
+  size_t vertices, triangles;
+} Size;
+
+static bool is_light(const World *w, size_t i)
+{
+  const SurfaceMaterial *m = &w->materials[w->instances[i].materials[0]];
+  return accel_instances(w->accel)[i].kind != INSTANCE_MESH && m->kind == SURFACE_EMISSION && m->needs_filter;
+}
+
+static const MeshData *mesh_of(const World *w, size_t i)
+{
+  const TriangleMesh *m = &w->instances[i].mesh;
+  const WorldParts *parts = w->parts;
+  for (size_t k = 0; k < parts->meshes.count; k++)
+    if (parts->meshes.items[k].data->positions == m->positions) return parts->meshes.items[k].data;
+  return NULL;
+}
+
+static Size shape_size(const World *w, size_t i)
+{
+  switch ((InstanceKind)accel_instances(w->accel)[i].kind) {
+  case INSTANCE_MESH: return (Size){mesh_of(w, i)->vertex_count, mesh_of(w, i)->triangle_count};
+  case INSTANCE_SPHERE: return (Size){(AROUND + 1) * (DOWN + 1), 2 * AROUND * (DOWN - 1)};
+  case INSTANCE_QUAD: return (Size){4, 2};
+  case INSTANCE_DISK: return (Size){AROUND + 1, AROUND};
+  }
+  unreachable();
+}
+
+typedef struct Merging {
+  MeshData *out;
+  const Instance *instance;
+  bool is_mirrored;
+  size_t vertex, triangle; // next to write
+} Merging;
+
+static void put_vertex(Merging *m, Vec3 p, Vec3 n, float u, float v)
+{
+  const size_t i = m->vertex++;
+  v3_store(m->out->positions + 3 * i, frame_point(&m->instance->world_from_object, p));
+  v3_store(m->out->normals + 3 * i, v3_normalize(frame_normal(&m->instance->object_from_world, n)));
+  m->out->texcoords[0][2 * i] = u;
+  m->out->texcoords[0][2 * i + 1] = v;
+}
+
+static void put_triangle(Merging *m, size_t base, size_t a, size_t b, size_t c)
+{
+  uint32_t *t = m->out->triangles + 3 * m->triangle++;
+  t[0] = (uint32_t)(base + a);
+  t[1] = (uint32_t)(base + (m->is_mirrored ? c : b)); // a mirror turns the winding; outside stays outside
+  t[2] = (uint32_t)(base + (m->is_mirrored ? b : c));
+}
+
+// A mesh without normals gives each vertex the mean of its faces, which viewers of the merged mesh then interpolate.
+static void add_face_normals(const MeshData *mesh, float *normals)
+{
+  for (size_t t = 0; t < mesh->triangle_count; t++) {
+    const uint32_t *v = mesh->triangles + 3 * t;
+    const Vec3 a = v3_load(mesh->positions + 3 * (size_t)v[0]);
+    const Vec3 n = v3_cross(v3_load(mesh->positions + 3 * (size_t)v[1]) - a,
+                            v3_load(mesh->positions + 3 * (size_t)v[2]) - a);
+    for (int k = 0; k < 3; k++) {
+      float *sum = normals + 3 * (size_t)v[k];
+      v3_store(sum, v3_load(sum) + n);
+    }
+  }
+}
+
+static bool put_mesh(Merging *m, const MeshData *mesh)
+{
+  const size_t base = m->vertex;
+  float *made = mesh->normals ? NULL : mem_zero(mesh->vertex_count, 3 * sizeof *made);
+  if (!mesh->normals && !made) return false;
+  if (made) add_face_normals(mesh, made);
+  const float *normals = made ? made : mesh->normals, *uv = mesh->texcoords[0];
+  for (size_t i = 0; i < mesh->vertex_count; i++)
+    put_vertex(m, v3_load(mesh->positions + 3 * i), v3_load(normals + 3 * i), uv ? uv[2 * i] : 0, uv ? uv[2 * i + 1] : 0);
+  for (size_t t = 0; t < mesh->triangle_count; t++)
+    put_triangle(m, base, mesh->triangles[3 * t], mesh->triangles[3 * t + 1], mesh->triangles[3 * t + 2]);
+  mem_free(made);
+  return true;
+}
+
+static void put_sphere(Merging *m, float radius)
+{
+  const size_t base = m->vertex, row = AROUND + 1;
+  for (int j = 0; j <= DOWN; j++)
+    for (int i = 0; i <= AROUND; i++) {
+      const double theta = 3.14159265358979323846 * j / DOWN, phi = 2 * 3.14159265358979323846 * i / AROUND;
+      const Vec3 n = v3((float)(sin(theta) * sin(phi)), (float)cos(theta), (float)(sin(theta) * cos(phi)));
+      put_vertex(m, radius * n, n, (float)i / AROUND, 1 - (float)j / DOWN);
+    }
+  for (size_t j = 0; j < DOWN; j++)
+    for (size_t i = 0; i < AROUND; i++) {
+      const size_t a = j * row + i;
+      if (j > 0) put_triangle(m, base, a, a + row, a + 1);
+      if (j < DOWN - 1) put_triangle(m, base, a + 1, a + row, a + row + 1);
+    }
+}
+
+static void put_quad(Merging *m, float x, float y)
+{
+  const size_t base = m->vertex;
+  const float corner[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+  for (int k = 0; k < 4; k++)
+    put_vertex(m, v3(corner[k][0] * x, corner[k][1] * y, 0), v3(0, 0, 1), corner[k][0] / 2 + 0.5f, corner[k][1] / 2 + 0.5f);
+  put_triangle(m, base, 0, 1, 2);
+  put_triangle(m, base, 0, 2, 3);
+}
+
+static void put_disk(Merging *m, float radius)
+{
+  const size_t base = m->vertex;
+  put_vertex(m, v3_all(0), v3(0, 0, 1), 0.5f, 0.5f);
+  for (int i = 0; i < AROUND; i++) {
+    const double a = 2 * 3.14159265358979323846 * i / AROUND;
+    const float c = (float)cos(a), s = (float)sin(a);
+    put_vertex(m, v3(radius * c, radius * s, 0), v3(0, 0, 1), 0.5f + c / 2, 0.5f + s / 2);
+  }
+  for (size_t i = 0; i < AROUND; i++) put_triangle(m, base, 0, 1 + i, 1 + (i + 1) % AROUND);
+}
+
+static bool put_instance(Merging *m, const World *w, size_t i)
+{
+  m->instance = &accel_instances(w->accel)[i];
+  m->is_mirrored = frame_determinant(&m->instance->world_from_object) < 0;
+  switch ((InstanceKind)m->instance->kind) {
+  case INSTANCE_MESH: return put_mesh(m, mesh_of(w, i));
+  case INSTANCE_SPHERE: put_sphere(m, m->instance->size[0]); return true;
+  case INSTANCE_QUAD: put_quad(m, m->instance->size[0], m->instance->size[1]); return true;
+  case INSTANCE_DISK: put_disk(m, m->instance->size[0]); return true;
+  }
+  unreachable();
+}
+
+MeshData *world_merge(const World *w, Err *err)
+{
+  Size size = {0};
+  for (size_t i = 0; i < w->instance_count; i++) {
+    const Size s = is_light(w, i) ? (Size){0} : shape_size(w, i);
+    size.vertices += s.vertices;
+    size.triangles += s.triangles;
+  }
+  if (!size.triangles) return err_set(err, ERR_BAD_SCENE, "the scene has no surfaces to write"), NULL;
+  if (size.vertices > UINT32_MAX)
+    return err_set(err, ERR_BAD_SCENE, "the scene has %zu vertices; one mesh holds at most %u", size.vertices, UINT32_MAX),
+           NULL;
+  MeshData *out = mesh_data_create();
+  bool ok = out;
+  if (out) {
+    out->vertex_count = size.vertices;
+    out->triangle_count = size.triangles;
+    out->positions = mem_alloc(size.vertices, 3 * sizeof(float));
+    out->normals = mem_alloc(size.vertices, 3 * sizeof(float));
+    out->texcoords[0] = mem_alloc(size.vertices, 2 * sizeof(float));
+    out->triangles = mem_alloc(size.triangles, 3 * sizeof(uint32_t));
+    ok = out->positions && out->normals && out->texcoords[0] && out->triangles;
+  }
+  Merging m = {.out = out};
+  for (size_t i = 0; ok && i < w->instance_count; i++)
+    if (!is_light(w, i)) ok = put_instance(&m, w, i);
+  if (ok) return out;
+  mesh_data_release(out);
+  err_memory(err, "the merged mesh", 32ull * size.vertices);
+  return NULL;
+}

@@ -1,0 +1,219 @@
+// From objects to instances: scenes inside scenes are laid flat, each object's maps multiplied up the chain. The
+// walk keeps its own stack, bounded by the depth to which scenes may nest.
+
+#include "world/prepare.h"
+
+enum { MOST_NESTING = 32 };
+
+typedef struct Level { // one scene being walked
+  Source *source;
+  size_t next;         // object to look at next
+  Frame frame;
+  int32_t material;    // override, index into the world's; -1: none
+  uint8_t mask;
+} Level;
+
+static bool frames_equal(const Frame *a, const Frame *b)
+{
+  return v3_is_zero(a->x - b->x) && v3_is_zero(a->y - b->y) && v3_is_zero(a->z - b->z) && v3_is_zero(a->p - b->p);
+}
+
+bool prepare_add_instance(Prepare *p, const Instance *instance, const WorldInstance *shading, int32_t mesh_part)
+{
+  Instance i = *instance;
+  const Frame identity = frame_identity();
+  i.object_from_world = frame_inverse(&i.world_from_object);
+  i.is_identity = frames_equal(&i.world_from_object, &identity);
+  return (array_push(&p->instances, i) && array_push(&p->shading, *shading) &&
+          array_push(&p->mesh_parts, mesh_part)) ||
+         prepare_failed_memory(p);
+}
+
+// The world's material of each slot; with an override, or without slots, one material for all.
+static bool set_materials(Prepare *p, const Source *source, const Mesh *mesh, int32_t material, WorldInstance *w)
+{
+  const uint32_t fallback = UINT32_MAX; // turned into the default material's index once that is known
+  const size_t count = material < 0 && mesh && mesh->slot_count ? mesh->slot_count : 1;
+  uint32_t *slots = arena_alloc(&p->world->arena, count, sizeof *slots);
+  if (!slots) return prepare_failed_memory(p);
+  slots[0] = material >= 0 ? (uint32_t)material : fallback;
+  if (material < 0 && mesh)
+    for (size_t i = 0; i < mesh->slot_count; i++)
+      slots[i] = mesh->slots[i] >= 0 ? source->material_base + (uint32_t)mesh->slots[i] : fallback;
+  w->materials = slots;
+  w->slot_count = (uint32_t)count;
+  if (material < 0 && mesh) w->slots = mesh->data->material_slots;
+  return true;
+}
+
+static TriangleMesh mesh_arrays(const MeshData *m)
+{
+  return (TriangleMesh){.positions = m->positions, .normals = m->normals,
+                        .texcoords = {m->texcoords[0], m->texcoords[1]}, .colors = m->colors,
+                        .tangents = m->tangents, .triangles = m->triangles};
+}
+
+// A box is the same twelve triangles everywhere, sized by its instance.
+static MeshData *unit_box(Prepare *p)
+{
+  static const float corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1}, {1, 1, -1},
+                                     {-1, -1, 1},  {1, -1, 1},  {-1, 1, 1},  {1, 1, 1}};
+  // Four corners a side, counter-clockwise seen from outside, so that uv can run over each side.
+  static const uint8_t side[6][4] = {{4, 5, 7, 6}, {1, 0, 2, 3}, {5, 1, 3, 7}, {0, 4, 6, 2}, {6, 7, 3, 2}, {0, 1, 5, 4}};
+  static const float uv[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  if (p->parts->unit_box) return p->parts->unit_box;
+  if (p->previous && p->previous->unit_box) return p->parts->unit_box = mesh_data_share(p->previous->unit_box);
+  MeshData *m = mesh_data_create();
+  if (!m) return NULL;
+  m->positions = mem_alloc(24 * 3, sizeof(float));
+  m->texcoords[0] = mem_alloc(24 * 2, sizeof(float));
+  m->triangles = mem_alloc(12 * 3, sizeof(uint32_t));
+  if (!m->positions || !m->texcoords[0] || !m->triangles) {
+    mesh_data_release(m);
+    return NULL;
+  }
+  m->vertex_count = 24;
+  m->triangle_count = 12;
+  for (uint32_t s = 0; s < 6; s++) {
+    for (uint32_t k = 0; k < 4; k++) {
+      for (int c = 0; c < 3; c++) m->positions[(4 * s + k) * 3 + c] = corner[side[s][k]][c] / 2;
+      for (int c = 0; c < 2; c++) m->texcoords[0][(4 * s + k) * 2 + c] = uv[k][c];
+    }
+    const uint32_t two[6] = {4 * s, 4 * s + 1, 4 * s + 2, 4 * s, 4 * s + 2, 4 * s + 3};
+    for (int c = 0; c < 6; c++) m->triangles[6 * s + c] = two[c];
+  }
+  return p->parts->unit_box = m;
+}
+
+static bool add_mesh(Prepare *p, MeshData *data, int32_t part, Instance *i, WorldInstance *w)
+{
+  if (part < 0) part = parts_add_mesh(p->parts, p->previous, data);
+  if (part < 0) return prepare_failed_memory(p);
+  w->mesh = mesh_arrays(data);
+  i->kind = INSTANCE_MESH;
+  return prepare_add_instance(p, i, w, part);
+}
+
+static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t material, uint32_t object_i)
+{
+  const Frame own = object_frame(&o->common);
+  Instance i = {.world_from_object = frame_product(&level->frame, &own), .mask = level->mask};
+  WorldInstance w = {.object_i = object_i};
+  const Mesh *mesh = o->shape.kind == SHAPE_MESH ? &level->source->scene->meshes.items[o->shape.mesh_i] : NULL;
+  if (!o->common.visible_to_camera) i.mask &= (uint8_t)~RAY_CAMERA;
+  if (!o->common.casts_shadow) i.mask &= (uint8_t)~RAY_SHADOW;
+  if (!set_materials(p, level->source, mesh, material, &w)) return false;
+  switch ((ShapeKind)o->shape.kind) {
+  case SHAPE_MESH:
+    return add_mesh(p, mesh->data, level->source->mesh_parts[o->shape.mesh_i], &i, &w);
+  case SHAPE_SPHERE:
+    i.kind = INSTANCE_SPHERE;
+    i.size[0] = o->shape.sphere.radius;
+    return prepare_add_instance(p, &i, &w, -1);
+  case SHAPE_QUAD:
+    i.kind = INSTANCE_QUAD;
+    i.size[0] = o->shape.quad.size[0] / 2;
+    i.size[1] = o->shape.quad.size[1] / 2;
+    return prepare_add_instance(p, &i, &w, -1);
+  case SHAPE_DISK:
+    i.kind = INSTANCE_DISK;
+    i.size[0] = o->shape.disk.radius;
+    return prepare_add_instance(p, &i, &w, -1);
+  case SHAPE_BOX: {
+    MeshData *box = unit_box(p);
+    if (!box) return prepare_failed_memory(p);
+    i.world_from_object.x *= o->shape.box.size[0];
+    i.world_from_object.y *= o->shape.box.size[1];
+    i.world_from_object.z *= o->shape.box.size[2];
+    return add_mesh(p, box, -1, &i, &w);
+  }
+  }
+  unreachable();
+}
+
+// --- sources --------------------------------------------------------------------------------------
+static Source *find_source(Prepare *p, const Scene *scene)
+{
+  for (size_t i = 0; i < p->sources.count; i++)
+    if (p->sources.items[i].scene == scene) return &p->sources.items[i];
+  return NULL;
+}
+
+static int32_t *index_table(Prepare *p, size_t count)
+{
+  int32_t *table = arena_alloc(&p->scratch, count + 1, sizeof *table);
+  for (size_t i = 0; table && i < count; i++) table[i] = -1;
+  return table;
+}
+
+static bool add_source(Prepare *p, const Scene *scene)
+{
+  Source s = {.scene = scene, .color_maps = index_table(p, scene->textures.count),
+              .data_maps = index_table(p, scene->textures.count), .mesh_parts = index_table(p, scene->meshes.count)};
+  if (!s.color_maps || !s.data_maps || !s.mesh_parts) return prepare_failed_memory(p);
+  for (size_t i = 0; i < scene->meshes.count; i++) {
+    s.mesh_parts[i] = parts_add_mesh(p->parts, p->previous, scene->meshes.items[i].data);
+    if (s.mesh_parts[i] < 0) return prepare_failed_memory(p);
+  }
+  return prepare_materials(p, &s) && (array_push(&p->sources, s) || prepare_failed_memory(p));
+}
+
+// Breadth first: the list of sources is the queue.
+bool prepare_sources(Prepare *p, const Scene *scene)
+{
+  if (!add_source(p, scene)) return false;
+  for (size_t k = 0; k < p->sources.count; k++) {
+    const Scene *s = p->sources.items[k].scene;
+    for (size_t i = 0; i < s->models.count; i++)
+      if (!find_source(p, s->models.items[i].scene) && !add_source(p, s->models.items[i].scene)) return false;
+  }
+  return true;
+}
+
+// --- the walk -------------------------------------------------------------------------------------
+static Level enter(const Prepare *p, const Level *level, const Object *o, int32_t material)
+{
+  const Frame own = object_frame(&o->common);
+  Level below = {.frame = frame_product(&level->frame, &own), .material = material, .mask = level->mask};
+  below.source = find_source((Prepare *)(size_t)p, level->source->scene->models.items[o->shape.model_i].scene);
+  if (!o->common.visible_to_camera) below.mask &= (uint8_t)~RAY_CAMERA;
+  if (!o->common.casts_shadow) below.mask &= (uint8_t)~RAY_SHADOW;
+  return below;
+}
+
+bool prepare_objects(Prepare *p)
+{
+  Level stack[MOST_NESTING];
+  int depth = 1;
+  uint32_t object_i = 0; // of the main scene
+  stack[0] = (Level){.source = &p->sources.items[0], .frame = frame_identity(), .material = -1, .mask = RAY_ALL};
+  if (!prepare_scene_lights(p, stack[0].source, &stack[0].frame, NO_HIT)) return false;
+  while (depth > 0) {
+    Level *level = &stack[depth - 1];
+    if (level->next >= level->source->scene->objects.count) {
+      depth--;
+      continue;
+    }
+    const Object *o = &level->source->scene->objects.items[level->next++];
+    if (depth == 1) object_i = (uint32_t)level->next - 1;
+    int32_t material = level->material;
+    if (material < 0 && o->common.material >= 0)
+      material = (int32_t)level->source->material_base + o->common.material;
+    if (o->shape.kind == SHAPE_MESH && o->shape.model_i >= 0) {
+      if (depth == MOST_NESTING)
+        return err_set(p->err, ERR_BAD_SCENE, "scenes are nested more than %d deep", MOST_NESTING);
+      stack[depth] = enter(p, level, o, material);
+      if (!prepare_scene_lights(p, stack[depth].source, &stack[depth].frame, object_i)) return false;
+      depth++;
+    } else if (o->shape.kind == SHAPE_MESH && o->shape.mesh_i < 0) {
+      return err_set(p->err, ERR_BAD_SCENE,
+                     "object %zu%s%s%s has a mesh shape without a mesh; give it \"file\", or \"positions\" and "
+                     "\"triangles\"",
+                     level->next - 1, o->name ? " (\"" : "", o->name ? o->name : "", o->name ? "\")" : "");
+    } else if (!add_shape(p, level, o, material, object_i)) {
+      return false;
+    }
+    if (is_cancelled(p->cancel)) return err_set(p->err, ERR_CANCELLED, "preparing was cancelled");
+  }
+  return true;
+}

@@ -1,0 +1,51 @@
+// Parts: what worlds share. A mesh with its tree and a decoded picture cost seconds to make and never change, so the
+// next world takes them over from the last. Each is counted; the lists belong to one world.
+
+#ifndef RAYFOLD_WORLD_PARTS_H
+#define RAYFOLD_WORLD_PARTS_H
+
+#include "accel/accel.h"
+#include "base/array.h"
+#include "base/err.h"
+#include "base/jobs.h"
+#include "image/image.h"
+#include "scene/scene.h"
+
+typedef struct MeshPart {
+  MeshData *data; // shared
+  MeshTree *tree; // shared; NULL until built
+} MeshPart;
+
+typedef struct ImagePart {
+  atomic_int users;
+  uint64_t key;         // of path, size and time of the file, or of the embedded bytes
+  char *path;           // owned; NULL for embedded bytes
+  const uint8_t *bytes; // embedded, the scene's; only read while decoding
+  size_t size;
+  Image image;
+  float mean;           // mean luminance of its colour as linear light, for choosing lights; -1: not asked for yet
+} ImagePart;
+
+typedef struct WorldParts { // what a World's parts member points to
+  ARRAY(MeshPart) meshes;
+  ARRAY(ImagePart *) images;
+  MeshData *unit_box;   // shared by all worlds of one line
+} WorldParts;
+
+void parts_finish(WorldParts *p); // accepts zero
+
+// The index of the part for this data; taken over from `previous` (may be NULL) if that has it. -1: no memory.
+int32_t parts_add_mesh(WorldParts *p, const WorldParts *previous, MeshData *data);
+
+// The index of the part for a picture file, or for bytes in memory (path NULL). -1: no memory.
+int32_t parts_add_image(WorldParts *p, const WorldParts *previous, const char *path, const uint8_t *bytes,
+                        size_t size);
+
+// Builds every tree and decodes every picture that is missing, on all threads. The error is that of the first part
+// in order, whichever thread met it.
+bool parts_make(WorldParts *p, Jobs *jobs, const Cancel *cancel, Err *err);
+
+// Mean luminance of a picture, its integer values taken as sRGB or linear.
+float image_part_mean(ImagePart *part, bool is_srgb);
+
+#endif

@@ -1,0 +1,171 @@
+// scene -> world, as a list of steps. Everything is gathered in growable arrays first and laid into the world's
+// arena at the end; nothing of the world is seen by anyone before it is whole.
+
+#include "world/prepare.h"
+
+#include <string.h>
+
+struct WorldParts; // the world's private member is our WorldParts
+
+bool prepare_failed_memory(Prepare *p)
+{
+  return err_set(p->err, ERR_NO_MEMORY, "not enough memory to prepare the scene; simplify it or close other programs");
+}
+
+// The default material comes last; slots that named none point to it.
+static bool add_default_material(Prepare *p)
+{
+  const SurfaceMaterial m = surface_default();
+  if (!array_push(&p->materials, m)) return prepare_failed_memory(p);
+  const uint32_t last = (uint32_t)p->materials.count - 1;
+  for (size_t i = 0; i < p->shading.count; i++) {
+    uint32_t *slots = (uint32_t *)(size_t)p->shading.items[i].materials;
+    for (uint32_t s = 0; s < p->shading.items[i].slot_count; s++)
+      if (slots[s] == UINT32_MAX) slots[s] = last;
+  }
+  return true;
+}
+
+static void set_filters(Prepare *p)
+{
+  for (size_t i = 0; i < p->instances.count; i++) {
+    const WorldInstance *w = &p->shading.items[i];
+    for (uint32_t s = 0; s < w->slot_count; s++)
+      p->instances.items[i].has_filter |= p->materials.items[w->materials[s]].needs_filter;
+  }
+}
+
+static void *keep(Prepare *p, const void *items, size_t count, size_t size)
+{
+  void *copy = arena_alloc(&p->world->arena, count ? count : 1, size);
+  if (copy && count) memcpy(copy, items, count * size);
+  return copy;
+}
+
+static bool lay_down(Prepare *p)
+{
+  World *w = p->world;
+  w->instances = keep(p, p->shading.items, p->shading.count, sizeof *p->shading.items);
+  w->instance_count = p->shading.count;
+  w->materials = keep(p, p->materials.items, p->materials.count, sizeof *p->materials.items);
+  w->material_count = p->materials.count;
+  w->textures = keep(p, p->textures.items, p->textures.count, sizeof *p->textures.items);
+  w->texture_count = p->textures.count;
+  return (w->instances && w->materials && w->textures) || prepare_failed_memory(p);
+}
+
+static bool build_accel(Prepare *p)
+{
+  World *w = p->world;
+  for (size_t i = 0; i < p->instances.count; i++) {
+    const int32_t part = p->mesh_parts.items[i];
+    if (part < 0) continue;
+    p->instances.items[i].mesh = p->parts->meshes.items[part].tree;
+    w->triangle_count += p->parts->meshes.items[part].data->triangle_count;
+  }
+  w->accel = accel_build(p->instances.items, p->instances.count, p->jobs, p->cancel, p->err);
+  if (!w->accel) return false;
+  accel_bounds(w->accel, w->lo, w->hi);
+  w->geometry_bytes = accel_bytes(w->accel);
+  for (size_t i = 0; i < p->parts->meshes.count; i++) {
+    const MeshData *m = p->parts->meshes.items[i].data;
+    w->unique_triangle_count += m->triangle_count;
+    w->geometry_bytes += mesh_tree_bytes(p->parts->meshes.items[i].tree) + 12 * m->triangle_count +
+                         (12 + (m->normals ? 12u : 0u) + (m->texcoords[0] ? 8u : 0u) + (m->texcoords[1] ? 8u : 0u) +
+                          (m->colors ? 16u : 0u) + (m->tangents ? 16u : 0u)) *
+                             m->vertex_count;
+  }
+  return true;
+}
+
+static bool run_steps(Prepare *p)
+{
+  if (!prepare_sources(p, p->scene) || !prepare_sky(p) || !prepare_objects(p) || !add_default_material(p)) return false;
+  if (!parts_make(p->parts, p->jobs, p->cancel, p->err)) return false;
+  prepare_texture_pixels(p);
+  set_filters(p);
+  return prepare_emitters(p) && build_accel(p) && lay_down(p) && prepare_light_set(p);
+}
+
+static void finish(Prepare *p)
+{
+  array_finish(&p->sources);
+  array_finish(&p->materials);
+  array_finish(&p->textures);
+  array_finish(&p->texture_parts);
+  array_finish(&p->instances);
+  array_finish(&p->shading);
+  array_finish(&p->mesh_parts);
+  array_finish(&p->emitters);
+  array_finish(&p->suns);
+  arena_finish(&p->scratch);
+}
+
+World *world_prepare(const Scene *s, const World *previous, const LoadOptions *options, Jobs *jobs,
+                     const Cancel *cancel, Err *err)
+{
+  World *w = mem_zero(1, sizeof *w);
+  WorldParts *parts = mem_zero(1, sizeof *parts);
+  if (!w || !parts) {
+    mem_free(w);
+    mem_free(parts);
+    err_memory(err, "a world", sizeof *w);
+    return NULL;
+  }
+  atomic_init(&w->users, 1);
+  w->parts = parts;
+  Prepare p = {.scene = s, .options = options, .previous = previous ? previous->parts : NULL, .jobs = jobs,
+               .cancel = cancel, .err = err, .world = w, .parts = parts};
+  const bool ok = run_steps(&p);
+  finish(&p);
+  if (ok) return w;
+  world_release(w);
+  return NULL;
+}
+
+World *world_share(World *w)
+{
+  atomic_fetch_add_explicit(&w->users, 1, memory_order_relaxed);
+  return w;
+}
+
+void world_release(World *w)
+{
+  // Acquire-release: the last user must see everything the others did before they let go.
+  if (!w || atomic_fetch_sub_explicit(&w->users, 1, memory_order_acq_rel) != 1) return;
+  accel_destroy(w->accel);
+  light_set_finish(&w->lights);
+  parts_finish(w->parts);
+  mem_free(w->parts);
+  notes_finish(&w->notes);
+  arena_finish(&w->arena);
+  mem_free(w);
+}
+
+Camera world_frame_camera(const World *w, float aspect)
+{
+  Camera c;
+  memset(&c, 0, sizeof c);
+  c.kind = CAMERA_PERSPECTIVE;
+  c.common.up[1] = 1;
+  c.perspective.fov = 35;
+  if (!(w->lo[0] <= w->hi[0])) {
+    c.common.position[2] = 4;
+    return c;
+  }
+  const Vec3 lo = v3_load(w->lo), hi = v3_load(w->hi), centre = (lo + hi) / 2, half = (hi - lo) / 2;
+  const Vec3 back = v3_normalize(v3(0.5f, 0.35f, 1)), right = v3_normalize(v3_cross(v3(0, 1, 0), back));
+  const Vec3 up = v3_cross(back, right);
+  const float tan_y = (float)tan((double)c.perspective.fov * 3.14159265358979323846 / 360), tan_x = tan_y * aspect;
+  // Far enough that every corner of the box is inside the picture, with a margin.
+  float distance = 0;
+  for (int k = 0; k < 8; k++) {
+    const Vec3 corner = half * v3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
+    const float side = max_f(fabsf(v3_dot(corner, right)) / tan_x, fabsf(v3_dot(corner, up)) / tan_y);
+    distance = max_f(distance, v3_dot(corner, back) + side * 1.08f);
+  }
+  if (!(distance > 0)) distance = 1;
+  v3_store(c.common.target, centre);
+  v3_store(c.common.position, centre + back * distance);
+  return c;
+}

@@ -1,0 +1,63 @@
+// Prepare: the steps from scene to world, shared by the files of this room that do one each.
+
+#ifndef RAYFOLD_WORLD_PREPARE_H
+#define RAYFOLD_WORLD_PREPARE_H
+
+#include "world/parts.h"
+#include "world/world.h"
+
+// A scene that takes part (the main one, or a model's), and where its things lie in the world's arrays.
+typedef struct Source {
+  const Scene *scene;
+  uint32_t material_base;
+  int32_t *color_maps, *data_maps; // texture -> TextureMap index for colours and for other data, -1: not made yet
+  int32_t *mesh_parts;             // mesh -> part
+} Source;
+
+typedef struct Prepare {
+  const Scene *scene;
+  const LoadOptions *options;
+  const WorldParts *previous; // may be NULL
+  Jobs *jobs;
+  const Cancel *cancel;
+  Err *err;
+  World *world;               // being filled
+  WorldParts *parts;
+  Arena scratch;
+  ARRAY(Source) sources;
+  ARRAY(SurfaceMaterial) materials;
+  ARRAY(TextureMap) textures;
+  ARRAY(int32_t) texture_parts; // TextureMap -> image part, -1: none
+  ARRAY(Instance) instances;
+  ARRAY(WorldInstance) shading;
+  ARRAY(int32_t) mesh_parts;    // instance -> mesh part, -1: a shape
+  ARRAY(Emitter) emitters;
+  ARRAY(Sun) suns;
+  int32_t sky_part;             // image part, -1
+} Prepare;
+
+bool prepare_failed_memory(Prepare *p); // records "not enough memory" and returns false
+
+// Textures: the TextureMap of a scene's texture for colours (sRGB unless told otherwise) or for data; -1 for none.
+// Decoding comes later. *ok turns false on error.
+int32_t prepare_texture(Prepare *p, Source *source, int32_t texture, bool is_color, bool *ok);
+void prepare_texture_pixels(Prepare *p); // after parts_make: hands the maps their pixels
+
+// Materials of one source, appended in order.
+bool prepare_materials(Prepare *p, Source *source);
+SurfaceMaterial surface_default(void);
+
+// Objects of the main scene and all it includes, as instances. Adds sources as it meets them.
+bool prepare_objects(Prepare *p);
+bool prepare_sources(Prepare *p, const Scene *scene); // the scene and, below it, its models
+
+// Lights of every source met; area lights become instances, too. Then, once meshes are known, emissive surfaces.
+bool prepare_scene_lights(Prepare *p, const Source *source, const Frame *frame, uint32_t object_i);
+bool prepare_emitters(Prepare *p);
+bool prepare_sky(Prepare *p); // before parts_make
+bool prepare_light_set(Prepare *p); // after it
+
+// Appends an instance with one material. False when memory is out.
+bool prepare_add_instance(Prepare *p, const Instance *instance, const WorldInstance *shading, int32_t mesh_part);
+
+#endif

@@ -1,0 +1,191 @@
+// From scene to world: what is laid flat where, what successive worlds share, and that running out of memory at any
+// step is an error and not a crash.
+
+#include "tests/test.h"
+
+#include "world/parts.h"
+#include "world/world.h"
+
+static MeshData *square(void)
+{
+  static const float positions[] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
+  static const uint32_t triangles[] = {0, 1, 2, 0, 2, 3};
+  MeshData *m = mesh_data_create();
+  m->vertex_count = 4;
+  m->triangle_count = 2;
+  m->positions = mem_alloc(12, sizeof(float));
+  m->triangles = mem_alloc(6, sizeof(uint32_t));
+  memcpy(m->positions, positions, sizeof positions);
+  memcpy(m->triangles, triangles, sizeof triangles);
+  return m;
+}
+
+static int32_t add_square(Scene *s, int32_t material)
+{
+  const int32_t mesh = scene_add_mesh(s, "square", square());
+  const int32_t object = scene_add_object(s, SHAPE_MESH, NULL);
+  s->objects.items[object].shape.mesh_i = mesh;
+  s->objects.items[object].common.material = material;
+  return object;
+}
+
+static int32_t add_emission(Scene *s, float strength)
+{
+  const int32_t m = scene_add_material(s, MATERIAL_EMISSION, "light");
+  s->materials.items[m].emission.strength = strength;
+  return m;
+}
+
+TEST(an_empty_scene_is_a_world)
+{
+  Err err = {0};
+  Scene *s = scene_create(&err);
+  World *w = world_prepare(s, NULL, NULL, NULL, NULL, &err);
+  CHECK_MSG(w != NULL, "%s", err.text);
+  CHECK(w->instance_count == 0 && w->lo[0] > w->hi[0] && w->material_count == 1);
+  world_release(w);
+  scene_destroy(s);
+}
+
+TEST(the_next_world_shares_what_did_not_change)
+{
+  Err err = {0};
+  Scene *s = scene_create(&err);
+  add_square(s, -1);
+  World *first = world_prepare(s, NULL, NULL, NULL, NULL, &err);
+  s->objects.items[0].common.translate[0] = 5;
+  add_square(s, -1);
+  World *second = world_prepare(s, first, NULL, NULL, NULL, &err);
+  CHECK(first && second);
+  CHECK(first->parts->meshes.items[0].tree == second->parts->meshes.items[0].tree);
+  CHECK(second->parts->meshes.count == 2);
+  CHECK_NEAR(first->hi[0], 1, 1e-5);
+  CHECK_NEAR(second->hi[0], 6, 1e-5);
+  scene_destroy(s); // worlds stand on their own
+  world_release(first);
+  CHECK(second->instances[0].mesh.positions[3] == 1);
+  world_release(second);
+}
+
+TEST(models_inside_models_are_laid_flat)
+{
+  Err err = {0};
+  Scene *inner = scene_create(&err);
+  const int32_t red = scene_add_material(inner, MATERIAL_LAMBERT, "red");
+  add_square(inner, red);
+  inner->objects.items[0].common.translate[1] = 2;
+  Scene *s = scene_create(&err);
+  const Model model = {"inner", inner};
+  CHECK(array_push(&s->models, model));
+  const int32_t blue = scene_add_material(s, MATERIAL_LAMBERT, "blue");
+  for (int i = 0; i < 2; i++) {
+    const int32_t o = scene_add_object(s, SHAPE_MESH, NULL);
+    s->objects.items[o].shape.model_i = 0;
+    s->objects.items[o].common.translate[0] = 10;
+    s->objects.items[o].common.scale[1] = 3;
+    s->objects.items[o].common.material = i ? blue : -1;
+  }
+  World *w = world_prepare(s, NULL, NULL, NULL, NULL, &err);
+  CHECK_MSG(w != NULL, "%s", err.text);
+  CHECK(w->instance_count == 2 && w->parts->meshes.count == 1);
+  // Blue is the main scene's first material, red the model's.
+  CHECK(w->instances[0].materials[0] == 1 && w->instances[1].materials[0] == 0);
+  const Vec3 p = frame_point(&accel_instances(w->accel)[0].world_from_object, v3(0, 0, 0));
+  CHECK_NEAR(v3_length(p - v3(10, 6, 0)), 0, 1e-5);
+  CHECK(w->instances[1].object_i == 1);
+  world_release(w);
+  scene_destroy(s);
+}
+
+TEST(shining_things_become_emitters)
+{
+  Err err = {0};
+  Scene *s = scene_create(&err);
+  const int32_t glow = add_emission(s, 3);
+  add_square(s, glow);
+  s->objects.items[0].common.scale[0] = -2; // mirrored: its outside stays outside
+  const int32_t ball = scene_add_object(s, SHAPE_SPHERE, NULL);
+  s->objects.items[ball].common.material = glow;
+  scene_add_light(s, LIGHT_POINT, NULL);
+  scene_add_light(s, LIGHT_RECT, NULL);
+  scene_add_light(s, LIGHT_SUN, NULL);
+  World *w = world_prepare(s, NULL, NULL, NULL, NULL, &err);
+  CHECK_MSG(w != NULL, "%s", err.text);
+  CHECK(w->lights.emitter_count == 5 && w->lights.sun_count == 1);
+  int kinds[6] = {0};
+  for (size_t i = 0; i < w->lights.emitter_count; i++) kinds[w->lights.emitters[i].kind]++;
+  CHECK(kinds[EMITTER_POINT] == 1 && kinds[EMITTER_TRIANGLE] == 2 && kinds[EMITTER_QUAD] == 1 && kinds[EMITTER_SPHERE] == 1);
+  for (size_t i = 0; i < w->instance_count; i++) CHECK(w->instances[i].emitters != NULL);
+  for (size_t i = 0; i < w->lights.emitter_count; i++) {
+    const Emitter *e = &w->lights.emitters[i];
+    if (e->kind != EMITTER_TRIANGLE) continue;
+    CHECK_NEAR(e->area, 4, 1e-5);
+    CHECK(v3_cross(e->x, e->y)[2] > 0);
+  }
+  // A sun of 3 W/m2; so small a disk gives radiance times solid angle.
+  const Sun *sun = &w->lights.suns[0];
+  CHECK_NEAR(sun->radiance[0] * 2 * PI * sun->one_minus_cos, 3, 1e-3);
+  world_release(w);
+  scene_destroy(s);
+}
+
+TEST(errors_name_the_thing)
+{
+  Err err = {0};
+  Scene *s = scene_create(&err);
+  scene_add_object(s, SHAPE_MESH, "ghost");
+  CHECK(!world_prepare(s, NULL, NULL, NULL, NULL, &err));
+  CHECK_TEXT(err.text, "ghost");
+  scene_destroy(s);
+  err = (Err){0};
+  s = scene_create(&err);
+  const int32_t t = scene_add_texture(s, TEXTURE_IMAGE, "wood"), m = scene_add_material(s, MATERIAL_LAMBERT, "table");
+  s->materials.items[m].lambert.albedo_texture = t;
+  s->textures.items[t].image.file = "/nonexistent/wood.png";
+  const LoadOptions options = {.allow_outside = true};
+  CHECK(!world_prepare(s, NULL, &options, NULL, NULL, &err));
+  CHECK(err.kind == ERR_NOT_FOUND);
+  CHECK_TEXT(err.text, "wood.png");
+  scene_destroy(s);
+}
+
+TEST(cancel_is_an_error)
+{
+  Err err = {0};
+  Scene *s = scene_create(&err);
+  add_square(s, -1);
+  Cancel cancel;
+  atomic_init(&cancel.requested, true);
+  CHECK(!world_prepare(s, NULL, NULL, NULL, &cancel, &err));
+  CHECK(err.kind == ERR_CANCELLED);
+  scene_destroy(s);
+}
+
+// R4: the n-th allocation fails, for every n until none does.
+TEST(every_allocation_may_fail)
+{
+  Scene *s = scene_create(NULL);
+  add_square(s, add_emission(s, 1));
+  scene_add_object(s, SHAPE_BOX, NULL);
+  scene_add_light(s, LIGHT_SPHERE, NULL);
+  s->sky.kind = SKY_GRADIENT;
+  s->sky.gradient.gain = 1;
+  s->sky.gradient.zenith[0] = 1;
+  int failures = 0;
+  for (long n = 1; n < 1000; n++) {
+    Err err = {0};
+    mem_fail_after(n);
+    World *w = world_prepare(s, NULL, NULL, NULL, NULL, &err);
+    mem_fail_after(0);
+    if (w) {
+      world_release(w);
+      break;
+    }
+    failures++;
+    CHECK_MSG(err.kind == ERR_NO_MEMORY, "allocation %ld: %s", n, err.text);
+  }
+  CHECK(failures > 5 && failures < 900);
+  scene_destroy(s);
+}
+
+TEST_MAIN
