@@ -1,0 +1,65 @@
+// What the files of the public interface share: the engine, the handles, and how an error reaches the caller.
+
+#ifndef RAYFOLD_API_API_H
+#define RAYFOLD_API_API_H
+
+#include "base/cpu.h"
+#include "base/err.h"
+#include "base/jobs.h"
+#include "rayfold/rayfold.h"
+#include "render/camera.h"
+#include "render/film.h"
+#include "render/hot.h"
+#include "scene/edit.h"
+#include "scene/scene.h"
+#include "world/world.h"
+
+struct rf_engine {
+  Jobs *jobs;
+  const HotTable *hot; // the kernels of the chosen level
+  IsaLevel isa;
+  Cancel cancel;
+  void (*log)(void *user, rf_log_level level, const char *line);
+  void *user;
+};
+
+struct rf_scene {
+  rf_engine *engine;
+  Scene *scene;
+  History history;
+  LoadOptions options;
+  Text answer;    // of the last rf_get
+};
+
+struct rf_world {
+  rf_engine *engine;
+  World *world;
+  uint32_t *object_ids; // object of the main scene -> public id, so that hits can name it after the scene is gone
+  size_t object_count;
+};
+
+struct rf_film {
+  rf_engine *engine;
+  Film *film;
+};
+
+// An Err for one call: api_fail() hands it to rf_error() of this thread if it holds anything.
+bool api_fail(const Err *err);                                            // returns err->kind == ERR_NONE
+bool api_bad_argument(const char *function, const char *format, ...)      // returns false
+    __attribute__((format(printf, 2, 3)));
+Eye api_eye(const rf_eye *e);
+void api_log_notes(const rf_engine *e, const Notes *notes);
+
+// Is this the struct its default function made? Records the failure if not.
+bool api_has_magic(uint32_t magic, uint32_t wanted, const char *function, const char *type);
+
+enum {
+  MAGIC_ENGINE = 0x52464531,
+  MAGIC_LOAD,
+  MAGIC_MESH,
+  MAGIC_RENDER,
+  MAGIC_DEVELOP,
+  MAGIC_SAVE,
+};
+
+#endif
