@@ -337,7 +337,7 @@ same "$(ls | grep -c stopped)" 0 "files after the second SIGINT"
 
 # --- on a terminal ---------------------------------------------------------------------------------
 if command -v script >/dev/null; then
-  SHELL=/bin/sh script -qec "stty cols 60; TERM=xterm NO_COLOR=1 '$rayfold' render cornell.json -o t.png --size 64x64 --time 1" \
+  SHELL=/bin/sh script -qec "stty cols 60; TERM=xterm NO_COLOR=1 LC_ALL=C '$rayfold' render cornell.json -o t.png --size 64x64 --time 1" \
     /dev/null </dev/null >out 2>err
   has 'spp' out
   tr '\r' '\n' <out | sed 's/.\[K//g' | awk 'length($0) > 60 && !/^t.png/ { exit 1 }' || failed "a progress line is too wide"
