@@ -137,8 +137,8 @@ TEST(planes_say_what_was_added)
     const FilmSample first = made_up(p, 0);
     CHECK_NEAR(beauty[4 * p], red / 9, 1e-6);
     CHECK_NEAR(beauty[4 * p + 3], alpha / 9, 1e-6);
-    CHECK_NEAR(depth[p], hits ? z / hits : 0, 1e-5);
-    CHECK_NEAR(position[3 * p + 1], hits ? y / hits : 0, 1e-4);
+    CHECK_NEAR(depth[p], hits > 0 ? z / hits : 0, 1e-5);
+    CHECK_NEAR(position[3 * p + 1], hits > 0 ? y / hits : 0, 1e-4);
     CHECK(id[p] == (first.is_hit ? (float)first.object : 0) && count[p] == 9);
     CHECK_NEAR(variance[p], (l2 - l * l / 9) / (9 * 8), 1e-5);
   }
