@@ -79,8 +79,10 @@ static void add_instance(Accel *a, Build *b, const Instance *from)
   to->mesh = from->kind == INSTANCE_MESH ? mesh_tree_share(from->mesh) : NULL;
   to->is_identity = frame_is_identity(&to->world_from_object) && frame_is_identity(&to->object_from_world);
   const Bounds box = instance_bounds(to);
-  v3_store(a->boxes[i], box.lo);
-  v3_store(a->boxes[i] + 3, box.hi);
+  for (int k = 0; k < 3; k++) {
+    a->boxes[i][2 * k] = box.lo[k];
+    a->boxes[i][2 * k + 1] = box.hi[k];
+  }
   if (bounds_is_empty(&box)) return;
   b->refs[b->count] = box;
   ref_set_prim(&b->refs[b->count++], (uint32_t)i);

@@ -8,12 +8,10 @@
 
 static inline void brute_instance(Query *q, const Accel *a, uint32_t instance_i, const TreeRay *world, float near)
 {
-  Visit v = {.instance = &a->instances[instance_i], .instance_i = instance_i, .near = near, .ray = *world};
-  if (!v.instance->is_identity) {
-    const Vec3 o = frame_point(&v.instance->object_from_world, q->ray->o);
-    const Vec3 d = frame_vector(&v.instance->object_from_world, q->ray->d);
-    if (!tree_ray_init(&v.ray, o, d, world->tmin)) return;
-  }
+  TreeRay own;
+  Visit v = {.instance = &a->instances[instance_i], .instance_i = instance_i, .near = near};
+  v.ray = instance_ray(v.instance, q->ray, world, &own);
+  if (!v.ray) return;
   if (v.instance->kind != INSTANCE_MESH) {
     shape_closest(q, &v);
     return;

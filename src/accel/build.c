@@ -14,7 +14,7 @@ enum {
   CHUNK = 1 << 14,         // references a work item
   TOGETHER = 4 * CHUNK,    // from this size on a range is split by all threads
   SUBTREE = 1 << 14,       // up to this size a range is one thread's
-  SMALL_LEAF_SHARE = 2,    // leaves over leaf_size / this are still split while a node has lanes free
+  SMALL_LEAF_SHARE = 1,    // leaves over leaf_size / this are still split while a node has lanes free
 };
 
 typedef struct Range {
@@ -373,8 +373,8 @@ static Node8 node_of(const Range *children, int count)
   for (int i = 0; i < 8; i++) {
     const Bounds box = i < count ? children[i].box : bounds_empty();
     for (int k = 0; k < 3; k++) {
-      n.box[k][i] = box.lo[k];
-      n.box[3 + k][i] = box.hi[k];
+      n.box[2 * k][i] = box.lo[k];
+      n.box[2 * k + 1][i] = box.hi[k];
     }
     n.child[i] = EMPTY_TREE;
   }

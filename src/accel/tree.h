@@ -1,6 +1,6 @@
 // Tree: the layout of both levels in memory, for builders and for hot code.
 //
-//   Node8 (256 bytes)  | lo x[8] | lo y[8] | lo z[8] | hi x[8] | hi y[8] | hi z[8] | child[8] | count[8] |  ...  |
+//   Node8 (256 bytes)  | lo x[8] | hi x[8] | lo y[8] | hi y[8] | lo z[8] | hi z[8] | child[8] | count[8] |  ...  |
 //                        box rows of eight children, one lane each                             leaf sizes  spare
 //
 // A child is a node's index, or LEAF_BIT and what the leaf holds: a Tri8 block in a mesh's tree, an instance in the

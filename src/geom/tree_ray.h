@@ -15,44 +15,67 @@
 #include <float.h>
 
 #define FAR_SLACK (1 + 0x1p-20f)
+#define MOST_DIRECTION \
+  0x1p125f // of a component: its reciprocal must not be denormal, which a caller's mode may flush
 
+// A box, or a row of boxes, is { lo x, hi x, lo y, hi y, lo z, hi z }.
 typedef struct TreeRay {
   float o[3], d[3];
-  float inv[3];     // 1 / d; infinite where d is zero
-  float inv_far[3]; // the same for far planes: widened
-  float tmin;       // at least 0
-  int near_row[3], far_row[3]; // rows of a box { lo x, lo y, lo z, hi x, hi y, hi z } by the sign of d
-  int kx, ky, kz;   // kz: the axis along which d is longest
-  float sx, sy, sz; // shear and scale that turn d into (0, 0, 1)
+  float inv[3];                     // 1 / d; infinite where d is zero
+  float inv_far[3];                 // the same for far planes: widened
+  float tmin;                       // at least 0
+  uint32_t near_row[3], far_row[3]; // of a box, by the sign of d
+  uint32_t kx, ky, kz;              // kz: the axis along which d is longest
+  float sx, sy, sz;                 // shear and scale that turn d into (0, 0, 1)
+#if WIDEST == 16
+  wx scale[3];  // inv and -inv_far, eight each: near planes and far planes turned round in one product
+  wxi order[3]; // lanes of a pair of rows, near planes first
+#endif
 } TreeRay;
 
-// False when no answer exists: a ray that is not finite or has no direction. Negative tmin counts as 0. Components
-// of d too small to have a reciprocal count as 0, for boxes and triangles alike.
-static inline bool tree_ray_init(TreeRay *r, Vec3 o, Vec3 d, float tmin)
+typedef int32_t Vec3i __attribute__((vector_size(16)));
+
+static inline void tree_ray_set_axis(TreeRay *r, int k)
 {
-  if (!v3_is_finite(o) || !v3_is_finite(d)) return false;
-  for (int k = 0; k < 3; k++) {
-    r->o[k] = o[k];
-    r->d[k] = fabsf(d[k]) < FLT_MIN ? copysignf(0, d[k]) : d[k];
-    r->inv[k] = 1 / r->d[k];
-    r->inv_far[k] = r->inv[k] * FAR_SLACK;
-    const bool is_backward = signbit(r->d[k]);
-    r->near_row[k] = is_backward ? 3 + k : k;
-    r->far_row[k] = is_backward ? k : 3 + k;
-  }
-  const float ax = fabsf(r->d[0]), ay = fabsf(r->d[1]), az = fabsf(r->d[2]);
-  r->kz = ax > ay ? (ax > az ? 0 : 2) : (ay > az ? 1 : 2);
-  r->kx = r->kz == 2 ? 0 : r->kz + 1;
-  r->ky = r->kx == 2 ? 0 : r->kx + 1;
-  r->sz = r->inv[r->kz];
-  r->sx = r->d[r->kx] / r->d[r->kz];
-  r->sy = r->d[r->ky] / r->d[r->kz];
-  r->tmin = max_f(tmin, 0);
-  return r->d[r->kz] != 0;
+  const uint32_t is_backward = signbit(r->d[k]) != 0;
+  r->near_row[k] = 2 * (uint32_t)k + is_backward;
+  r->far_row[k] = 2 * (uint32_t)k + 1 - is_backward;
+#if WIDEST == 16
+  const wxi forward = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  r->scale[k] = wx_join(wf_set(r->inv[k]), wf_set(-r->inv_far[k]));
+  r->order[k] = forward ^ (int32_t)(is_backward << 3);
+#endif
 }
 
-// Where the ray enters the box { lo, hi }, or infinity when it misses it or enters beyond tmax. NaN, from a plane
-// the ray lies in, constrains nothing: it is the first operand of min and max.
+// False when no answer exists: a ray that is not finite, has no direction or one beyond MOST_DIRECTION. Negative tmin
+// counts as 0. Components of d too small to have a reciprocal count as 0, for boxes and triangles alike.
+static inline bool tree_ray_init(TreeRay *r, Vec3 o, Vec3 d, float tmin)
+{
+  const Vec3i sign = {INT32_MIN, INT32_MIN, INT32_MIN, INT32_MIN};
+  const Vec3 size = (Vec3)((Vec3i)d & ~sign);
+  d = (Vec3)((Vec3i)d & (sign | (size >= FLT_MIN)));
+  const Vec3 inv = 1 / d;
+  v3_store(r->o, o);
+  v3_store(r->d, d);
+  v3_store(r->inv, inv);
+  v3_store(r->inv_far, inv * FAR_SLACK);
+  for (int k = 0; k < 3; k++) tree_ray_set_axis(r, k);
+  r->kz = size[0] > size[1] ? (size[0] > size[2] ? 0 : 2) : (size[1] > size[2] ? 1 : 2);
+  r->kx = r->kz == 2 ? 0 : r->kz + 1;
+  r->ky = r->kx == 2 ? 0 : r->kx + 1;
+  const Vec3 shear = d / r->d[r->kz];
+  float s[4];
+  memcpy(s, &shear, sizeof s);
+  r->sz = r->inv[r->kz];
+  r->sx = s[r->kx];
+  r->sy = s[r->ky];
+  r->tmin = max_f(tmin, 0);
+  const float longest = r->d[r->kz];
+  return longest != 0 && fabsf(longest) < MOST_DIRECTION && v3_is_finite(d) && v3_is_finite(o);
+}
+
+// Where the ray enters the box, or infinity when it misses it or enters beyond tmax. NaN, from a plane the ray lies
+// in, constrains nothing: it is the first operand of min and max.
 static inline float tree_ray_box(const TreeRay *r, const float box[6], float tmax)
 {
   float t0 = r->tmin, t1 = tmax;

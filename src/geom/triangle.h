@@ -21,12 +21,13 @@ typedef struct Tri8Hits {
 
 // The paper's fallback: an edge function that is exactly zero may be so by rounding, and is done again in double,
 // where the products are exact.
+static inline float exact_edge(float a, float b, float c, float d) { return (float)((double)a * b - (double)c * d); }
+
 static inline void tri8_exact_edges(Tri8Hits *h, int i, const float x[3][8], const float y[3][8])
 {
-  for (int a = 0; a < 3; a++) {
-    const int b = a == 0 ? 1 : a == 1 ? 2 : 0, c = a == 0 ? 2 : a == 1 ? 0 : 1;
-    h->e[a][i] = (float)((double)x[c][i] * y[b][i] - (double)y[c][i] * x[b][i]);
-  }
+  h->e[0][i] = exact_edge(x[2][i], y[1][i], y[2][i], x[1][i]);
+  h->e[1][i] = exact_edge(x[0][i], y[2][i], y[0][i], x[2][i]);
+  h->e[2][i] = exact_edge(x[1][i], y[0][i], y[1][i], x[0][i]);
 }
 
 // Lanes with tmin < t <= tmax, before the own box of each is asked.
@@ -43,7 +44,11 @@ static inline unsigned tri8_hit(const Tri8 *b, const TreeRay *r, float tmax, Tri
     wf e0 = x[2] * y[1] - y[2] * x[1];
     wf e1 = x[0] * y[2] - y[0] * x[2];
     wf e2 = x[1] * y[0] - y[1] * x[0];
-    const unsigned zero = wi_bits((e0 == 0) | (e1 == 0) | (e2 == 0));
+    const wf none = wf_set(0);
+    const wf least = wf_min(wf_min(e0, e1), e2), most = wf_max(wf_max(e0, e1), e2);
+    unsigned inside = wf_le(none, least) | wf_le(most, none);
+    if (!inside) continue;
+    const unsigned zero = wf_eq(least, none) | wf_eq(most, none);
     if (__builtin_expect(zero != 0, 0)) {
       float xs[3][8], ys[3][8];
       for (int i = 0; i < 3; i++) {
@@ -57,35 +62,45 @@ static inline unsigned tri8_hit(const Tri8 *b, const TreeRay *r, float tmax, Tri
       e0 = wf_load(h->e[0] + g);
       e1 = wf_load(h->e[1] + g);
       e2 = wf_load(h->e[2] + g);
+      inside = (wf_le(none, e0) & wf_le(none, e1) & wf_le(none, e2)) |
+               (wf_le(e0, none) & wf_le(e1, none) & wf_le(e2, none));
     }
-    const wi inside = ((e0 >= 0) & (e1 >= 0) & (e2 >= 0)) | ((e0 <= 0) & (e1 <= 0) & (e2 <= 0));
-    if (!wi_bits(inside)) continue;
     const wf det = e0 + e1 + e2;
     const wf t = (e0 * z[0] + e1 * z[1] + e2 * z[2]) * r->sz / det;
     wf_store(h->e[0] + g, e0);
     wf_store(h->e[1] + g, e1);
     wf_store(h->e[2] + g, e2);
     wf_store(h->t + g, t);
-    bits |= wi_bits(inside & (det != 0) & (t > r->tmin) & (t <= tmax)) << g;
+    bits |= (inside & ~wf_eq(det, none) & wf_lt(wf_set(r->tmin), t) & wf_le(t, wf_set(tmax))) << g;
   }
   return bits;
+}
+
+static inline void tri8_box(const Tri8 *b, int i, float box[6])
+{
+  for (int k = 0; k < 3; k++) {
+    box[2 * k] = min_f(min_f(b->v[0][k][i], b->v[1][k][i]), b->v[2][k][i]);
+    box[2 * k + 1] = max_f(max_f(b->v[0][k][i], b->v[1][k][i]), b->v[2][k][i]);
+  }
 }
 
 // Where the ray enters the box of one triangle of the block; infinity when it misses it.
 static inline float tri8_box_near(const Tri8 *b, int i, const TreeRay *r)
 {
   float box[6];
-  for (int k = 0; k < 3; k++) {
-    box[k] = min_f(min_f(b->v[0][k][i], b->v[1][k][i]), b->v[2][k][i]);
-    box[3 + k] = max_f(max_f(b->v[0][k][i], b->v[1][k][i]), b->v[2][k][i]);
-  }
+  tri8_box(b, i, box);
   return tree_ray_box(r, box, FLT_MAX);
 }
 
 // Whether the triangle's plane lies beyond tmin when measured in double. The float distance of a large triangle is
-// off by its size times 2^-24, so that a ray leaving it by a few ulps may seem to hit it again.
+// off by its size times 2^-24, so that a ray leaving it by a few ulps may seem to hit it again. There is no doubt
+// when all three vertices lie ahead along the ray's longest axis, since rounding moves a vertex by 2^-24 of its
+// distance.
 static inline bool tri8_is_ahead(const Tri8 *b, int i, const TreeRay *r)
 {
+  float first = INFINITY;
+  for (int c = 0; c < 3; c++) first = min_f((b->v[c][r->kz][i] - r->o[r->kz]) * r->sz, first);
+  if (first > r->tmin * (1 + 0x1p-20f)) return true;
   double e1[3], e2[3], to[3];
   for (int k = 0; k < 3; k++) {
     e1[k] = (double)b->v[1][k][i] - b->v[0][k][i];
