@@ -57,10 +57,25 @@ static int test_failures, test_checks;
 
 #define CHECK_TEXT(text, part) CHECK_MSG(strstr((text), (part)), "\"%s\" lacks \"%s\"", (text), (part))
 
+// A test built for one instruction set passes over a processor without it.
+static inline bool test_can_run(void)
+{
+#if defined(__AVX512VL__)
+  return __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq");
+#elif defined(__AVX2__)
+  return __builtin_cpu_supports("avx2");
+#elif defined(__SSE4_2__)
+  return __builtin_cpu_supports("sse4.2");
+#else
+  return true;
+#endif
+}
+
 // Runs all tests, or those whose names contain the first argument.
 #define TEST_MAIN                                                                                    \
   int main(int argc, char **argv)                                                                    \
   {                                                                                                  \
+    if (!test_can_run()) return 77;                                                                  \
     for (const TestCase *c = test_first; c; c = c->next) {                                           \
       if (argc > 1 && !strstr(c->name, argv[1])) continue;                                           \
       const int before = test_failures;                                                              \

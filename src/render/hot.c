@@ -3,30 +3,30 @@
 
 #include "render/hot.h"
 
+#include "accel/batch.h"
 #include "accel/traverse.h"
 #include "render/tile.h"
-
-static Ray unpack_ray(const PackedRay *r)
-{
-  return (Ray){v3_load(r->o), v3_load(r->d), r->tmin, r->tmax};
-}
 
 static void hot_closest_n(const Accel *accel, const PackedRay *rays, Hit *hits, size_t count)
 {
   RayCounters counters = {0};
-  for (size_t i = 0; i < count; i++) {
-    const Ray ray = unpack_ray(&rays[i]);
-    if (!accel_closest(accel, &ray, RAY_ALL, NULL, NULL, &counters, &hits[i])) hits[i].instance = NO_HIT;
+  if (count == 1) {
+    const Ray ray = ray_unpack(rays);
+    accel_closest(accel, &ray, RAY_ALL, NULL, NULL, &counters, hits);
+    return;
   }
+  accel_ask(&(Batch){accel, rays, count, RAY_ALL, .counters = &counters, .hits = hits});
 }
 
 static void hot_any_n(const Accel *accel, const PackedRay *rays, uint8_t *blocked, size_t count)
 {
   RayCounters counters = {0};
-  for (size_t i = 0; i < count; i++) {
-    const Ray ray = unpack_ray(&rays[i]);
-    blocked[i] = accel_any(accel, &ray, RAY_ALL, NULL, NULL, &counters);
+  if (count == 1) {
+    const Ray ray = ray_unpack(rays);
+    *blocked = accel_any(accel, &ray, RAY_ALL, NULL, NULL, &counters);
+    return;
   }
+  accel_ask(&(Batch){accel, rays, count, RAY_ALL, .counters = &counters, .blocked = blocked});
 }
 
 #define JOINED(a, b)      a##b

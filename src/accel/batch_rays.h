@@ -1,0 +1,38 @@
+// Batch: many rays to be asked at once, and where the answers go.
+
+#ifndef RAYFOLD_ACCEL_BATCH_RAYS_H
+#define RAYFOLD_ACCEL_BATCH_RAYS_H
+
+#include "accel/step.h"
+
+// Where rays come from and answers go. Either hits or blocked is NULL. user_stride: bytes from one ray's filter
+// argument to the next's.
+typedef struct Batch {
+  const Accel *accel;
+  const PackedRay *rays;
+  size_t count;
+  RayMask mask;
+  HitFilter *filter;
+  const void *user;
+  size_t user_stride;
+  RayCounters *counters;
+  Hit *hits;
+  uint8_t *blocked;
+} Batch;
+
+static inline const void *batch_user(const Batch *b, size_t ray_i)
+{
+  return b->user ? (const char *)b->user + ray_i * b->user_stride : NULL;
+}
+
+static inline void batch_answer(const Batch *b, size_t ray_i, const Hit *best, bool found)
+{
+  if (b->blocked) {
+    b->blocked[ray_i] = found;
+    return;
+  }
+  b->hits[ray_i] = *best;
+  if (!found) b->hits[ray_i].t = b->rays[ray_i].tmax;
+}
+
+#endif
