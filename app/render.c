@@ -27,7 +27,7 @@ static const Option render_options[] = {
      .sentence =
          "Where the picture goes; the extension picks the format: .png, .jpg and .webp hold the developed "
          "picture, .exr (with all AOVs), .hdr and .pfm linear radiance. \"hash\" prints the hash of the "
-         "picture and its AOVs."},
+         "picture, which does not depend on the AOVs beside it."},
     {.name = "size",
      .kind = OPTION_TEXT,
      .argument = "WxH",

@@ -317,6 +317,8 @@ for isa in ref v2 v3 v4; do
 done
 same "$(hash_of $base --samples 0:8 --samples 8:16)" "$hash" "hash of merged halves"
 same "$(hash_of $base --samples 11:16 --samples 0:3 --samples 3:11)" "$hash" "hash of merged thirds in disorder"
+same "$(hash_of $base --spp 16 --aov all)" "$hash" "hash of the picture with all planes beside it"
+same "$(hash_of $base --spp 16 --aov none)" "$hash" "hash of the picture alone"
 other=$(hash_of cornell.json --size 40x30 --seed 8 --spp 16)
 checks=$((checks + 1))
 [ "$other" != "$hash" ] || failed "another seed gives the same picture"
