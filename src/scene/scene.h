@@ -370,6 +370,7 @@ struct Scene {
   ARRAY(Light) lights;
   uint32_t last_id;    // of an object
   Notes notes;         // what was ignored or repaired while loading
+  struct SceneNames *names; // private, owned: finds elements by their names
 };
 
 Scene *scene_create(Err *err); // defaults everywhere
