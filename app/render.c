@@ -27,7 +27,7 @@ static const Option render_options[] = {
      .sentence =
          "Where the picture goes; the extension picks the format: .png, .jpg and .webp hold the developed "
          "picture, .exr (with all AOVs), .hdr and .pfm linear radiance. \"hash\" prints the hash of the "
-         "picture and its AOVs."},
+         "picture, which does not depend on the AOVs beside it."},
     {.name = "size",
      .kind = OPTION_TEXT,
      .argument = "WxH",
@@ -73,7 +73,10 @@ static const Option render_options[] = {
      .argument = "NAME",
      .initial = "as the scene says",
      .path = "render.integrator",
-     .sentence = "path, or a view of the scene: normal, depth, albedo, uv, id, bary, cost."},
+     .sentence =
+         "path, or a view of the scene: normal, depth, albedo, uv, id, bary, cost. A view is saved as it "
+         "is, whatever the scene's develop says: linear tone curve, exposure 0, but for what --set "
+         "develop.FIELD changes."},
     {.name = "max-depth",
      .kind = OPTION_INTEGER,
      .argument = "N",
@@ -342,6 +345,15 @@ static ExitCode rehearse_settings(Render *r)
 }
 
 // --- loading and preparing -------------------------------------------------------------------------
+// A view's colours are numbers to be read off, not light: the scene's curve and exposure would only bend them. What
+// the command line says of develop still holds.
+static ExitCode develop_view_as_it_is(Render *r)
+{
+  if (!strcmp(rf_scene_render_def(r->scene, NULL, NULL).integrator, "path")) return EXIT_DONE;
+  if (!rf_set(r->scene, "develop", "{\"tone_curve\": \"linear\"}")) return fail_library(r->engine);
+  return settings_repeat(r->args, r->engine, r->scene, "develop");
+}
+
 static ExitCode load(Render *r)
 {
   const char *path = r->args->operands[0], *camera = args_text(r->args, "camera");
@@ -355,7 +367,8 @@ static ExitCode load(Render *r)
   // A named camera needs no world: a wrong name is found before the work of preparing one.
   if (camera && !rf_camera(r->scene, NULL, camera, 1, &r->eye))
     return fail_usage(r->engine, "--camera %s", camera);
-  return settings_apply(r->args, r->engine, r->scene, true);
+  code = settings_apply(r->args, r->engine, r->scene, true);
+  return code ? code : develop_view_as_it_is(r);
 }
 
 // What to take of each pixel, from the scene and from what was asked for.

@@ -50,3 +50,18 @@ ExitCode settings_apply(const Args *args, rf_engine *engine, rf_scene *scene, bo
   }
   return EXIT_DONE;
 }
+
+static bool speaks_of(const char *value, const char *section)
+{
+  const size_t n = strlen(section);
+  return !strncmp(value, section, n) && (value[n] == '.' || value[n] == '=');
+}
+
+ExitCode settings_repeat(const Args *args, rf_engine *engine, rf_scene *scene, const char *section)
+{
+  const char *value;
+  ExitCode code = EXIT_DONE;
+  for (size_t i = 0; !code && (value = args_next(args, "set", &i));)
+    if (speaks_of(value, section)) code = set_any(engine, scene, value);
+  return code;
+}

@@ -10,4 +10,8 @@
 // speaks of things in a scene, all can be tried on an empty one.
 ExitCode settings_apply(const Args *args, rf_engine *engine, rf_scene *scene, bool with_set);
 
+// Only what --set says of one section, as "develop" and "develop.exposure", once more: for a section that was put
+// aside. Sections whose edits add or remove things do not stand a second time.
+ExitCode settings_repeat(const Args *args, rf_engine *engine, rf_scene *scene, const char *section);
+
 #endif

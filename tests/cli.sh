@@ -266,6 +266,21 @@ expect 0 '' render cornell.json -o two.png -otwo.pfm $small --bits=16 --no-effec
 [ -s two.png ] && [ -s two.pfm ] || failed "two outputs"
 expect 0 "" render -o set.png $small --max-depth 1 --integrator normal --set develop.exposure=1 \
   --set sky.color=#203040 --set sky.gain=0.5 -- cornell.json
+# A view is saved as it is, whatever the scene's develop says; what --set says of develop holds.
+sed 's/"camera"/"develop": { "exposure": 2, "tone_curve": "agx", "gamma": 2 }, &/' cornell.json >bright.json
+for view in normal depth albedo uv id bary cost; do
+  expect 0 '' render bright.json -o view.png -o view.pfm $small --integrator $view
+  expect 0 '' convert view.pfm as_is.png --tone-curve linear
+  same "$(cmp view.png as_is.png 2>&1)" "" "the view $view and its values"
+done
+expect 0 '' render bright.json -o view.png $small --integrator normal --set develop.exposure=-1
+expect 0 '' render bright.json -o view.pfm $small --set render.integrator=normal
+expect 0 '' convert view.pfm darker.png --tone-curve linear --exposure -1
+same "$(cmp view.png darker.png 2>&1)" "" "a view with an exposure"
+expect 0 '' render bright.json -o view.png $small --integrator normal --set 'develop={"tone_curve": "filmic"}'
+expect 0 '' convert view.pfm curved.png --tone-curve filmic
+same "$(cmp view.png curved.png 2>&1)" "" "a view with a curve"
+cmp -s darker.png curved.png && failed "the settings of a view change nothing"
 expect 0 '' convert good.ply copy.obj
 expect 0 '' convert copy.obj copy.stl
 expect 0 '' convert copy.stl copy.json
@@ -302,6 +317,8 @@ for isa in ref v2 v3 v4; do
 done
 same "$(hash_of $base --samples 0:8 --samples 8:16)" "$hash" "hash of merged halves"
 same "$(hash_of $base --samples 11:16 --samples 0:3 --samples 3:11)" "$hash" "hash of merged thirds in disorder"
+same "$(hash_of $base --spp 16 --aov all)" "$hash" "hash of the picture with all planes beside it"
+same "$(hash_of $base --spp 16 --aov none)" "$hash" "hash of the picture alone"
 other=$(hash_of cornell.json --size 40x30 --seed 8 --spp 16)
 checks=$((checks + 1))
 [ "$other" != "$hash" ] || failed "another seed gives the same picture"

@@ -6,6 +6,7 @@
 #define RAYFOLD_TESTS_TEST_H
 
 #include <math.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,7 +20,7 @@ typedef struct TestCase {
 } TestCase;
 
 static TestCase *test_first, **test_tail = &test_first;
-static int test_failures, test_checks;
+static atomic_int test_failures, test_checks; // CHECK may stand in any thread
 
 #define TEST(id)                                                                  \
   static void test_##id(void);                                                    \

@@ -8,6 +8,7 @@
 #include "base/file.h"
 #include "base/jobs.h"
 #include "base/notes.h"
+#include "base/table.h"
 #include "base/vec.h"
 
 #include <signal.h>
@@ -52,6 +53,33 @@ TEST(array_grows_and_reports_failure)
   mem_fail_after(0);
   CHECK(!grew && a.count == 1000 && a.items[999] == 999);
   array_finish(&a);
+}
+
+TEST(a_table_finds_all_values_of_a_key)
+{
+  enum { KEYS = 3000, EACH = 3 };
+  Table t = {0};
+  size_t step = 0;
+  CHECK(!table_next(&t, 5, &step));
+  for (int i = 0; i < KEYS * EACH; i++) CHECK(table_add(&t, (uint64_t)(i % KEYS) << 32, i));
+  CHECK(t.count == KEYS * EACH && t.capacity < 8 * t.count);
+  for (int k = 0; k < KEYS; k++) {
+    int count = 0, sum = 0;
+    step = 0;
+    for (int32_t *value; (value = table_next(&t, (uint64_t)k << 32, &step)); count++) sum += *value;
+    CHECK_MSG(count == EACH && sum == 3 * k + 3 * KEYS, "key %d: %d values", k, count);
+  }
+  step = 0;
+  CHECK(!table_next(&t, 1, &step));
+  table_clear(&t);
+  step = 0;
+  CHECK(t.count == 0 && !table_next(&t, 0, &step));
+  table_finish(&t);
+  mem_fail_after(1);
+  CHECK(!table_add(&t, 1, 1));
+  mem_fail_after(0);
+  CHECK(table_add(&t, 1, 7) && *table_next(&t, 1, &(size_t){0}) == 7);
+  table_finish(&t);
 }
 
 TEST(text_suggests_the_nearest_name)

@@ -7,6 +7,7 @@
 #include "scene/scene.h"
 
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 // --- building files -------------------------------------------------------------------------------
@@ -656,6 +657,36 @@ TEST(a_chain_of_100000_nodes)
   CHECK_MSG(s && s->has_camera && s->camera.common.position[0] == DEEP - 1, "%s", err.text);
   scene_destroy(s);
   text_finish(&t);
+}
+
+// Two hundred thousand materials, textures and cameras, named alike or not at all.
+TEST(many_equal_names_take_linear_time)
+{
+  enum { MANY = 200000 };
+  static const char *const lists[][3] = {
+      {"\"materials\":[", "{}", "]"},
+      {"\"materials\":[", "{\"name\":\"m\"}", "]"},
+      {"\"images\":[{\"uri\":\"data:,x\"}],\"textures\":[", "{\"source\":0}", "]"},
+      {"\"cameras\":[{\"type\":\"perspective\",\"perspective\":{\"yfov\":1}}],\"nodes\":[", "{\"camera\":0}",
+       "]"}};
+  for (int k = 0; k < 4; k++) {
+    Text t = {0};
+    text_add(&t, "{\"asset\":{\"version\":\"2.0\"},%s%s", lists[k][0], lists[k][1]);
+    for (int i = 1; i < MANY; i++) text_add(&t, ",%s", lists[k][1]);
+    text_add(&t, "%s", lists[k][2]);
+    for (int i = 0; k == 2 && i < MANY; i++)
+      text_add(&t, "%s{\"emissiveTexture\":{\"index\":%d}}", i ? "," : ",\"materials\":[", i);
+    text_add(&t, k == 2 ? "]}" : "}");
+    const clock_t start = clock();
+    Err err;
+    Scene *s = load_bytes(text_get(&t), t.length, &err);
+    const double seconds = (double)(clock() - start) / CLOCKS_PER_SEC;
+    CHECK_MSG(s, "list %d: %s", k, err.text);
+    CHECK(s && (k == 2 ? s->textures.count : k == 3 ? s->cameras.count : s->materials.count) == MANY);
+    CHECK_MSG(seconds < 30, "list %d: %.1f s", k, seconds);
+    scene_destroy(s);
+    text_finish(&t);
+  }
 }
 
 TEST(instances_become_objects)

@@ -109,6 +109,20 @@ TEST(a_mesh_is_split_by_material)
   scene_destroy(s);
 }
 
+// A scene of very many materials and meshes splits each mesh, so that must not take a step for each material.
+TEST(splitting_takes_nothing_for_materials_not_used)
+{
+  Scene *s = scene_with_strip(100, 3, false);
+  s->meshes.items[0].slots[1] = 1 << 30;
+  s->meshes.items[0].slots[2] = -7;
+  MeshParts parts = {0};
+  CHECK(mesh_split(&s->meshes.items[0], (size_t)1 << 40, &parts, NULL));
+  CHECK(parts.list.count == 3 && parts.list.items[0].material == -1 && parts.list.items[1].material == 2 &&
+        parts.list.items[2].material == 1 << 30);
+  mesh_parts_finish(&parts);
+  scene_destroy(s);
+}
+
 TEST(large_meshes_go_beside_the_scene)
 {
   Scene *s = scene_with_strip(300, 3, false);
@@ -151,22 +165,24 @@ TEST(embedded_pictures_become_files)
 {
   static const uint8_t png[] = "\x89PNG\r\n\x1a\n and more";
   Scene *s = scene_create(NULL), *t;
-  for (int i = 0; i < 2; i++) {
+  for (int i = 0; i < 3; i++) {
     Texture *texture;
     const int32_t at = scene_add_texture(s, TEXTURE_IMAGE, "wood");
     texture = &s->textures.items[at];
     texture->embedded = png;
-    texture->embedded_size = sizeof png - (size_t)i;
+    texture->embedded_size = sizeof png - (size_t)(i == 1);
   }
   Text out = {0};
   Err err = {0};
   CHECK(!scene_write(s, &out, &err));
   CHECK_TEXT(err.text, "lies inside a model file");
   check_save(s, sample_path("pictures.json"));
-  CHECK(count_files("pictures.data") == 2);
+  CHECK(count_files("pictures.data") == 2); // the third is the first
   t = load(sample_path("pictures.json"));
   if (t) {
     CHECK(text_ends(t->textures.items[0].image.file, ".png") && !t->textures.items[0].embedded);
+    CHECK(!strcmp(t->textures.items[0].image.file, t->textures.items[2].image.file));
+    CHECK(strcmp(t->textures.items[0].image.file, t->textures.items[1].image.file));
     CHECK_MSG(scene_check_files(t, &err), "%s", err.text);
     FileBytes file;
     CHECK(scene_file_path(t, t->textures.items[0].image.file, NULL, &out, NULL) &&

@@ -270,7 +270,9 @@ RF_API rf_develop_def rf_default_develop_def(void);
 RF_API rf_develop_def rf_scene_develop_def(const rf_scene *s); // as its "develop" says
 RF_API bool rf_film_plane(const rf_film *f, rf_plane plane, rf_image *out); // as it is: linear
 RF_API bool rf_develop(const rf_film *f, const rf_develop_def *def, rf_image *out); // display-linear rgba, 0..1
-RF_API uint64_t rf_film_hash(const rf_film *f); // of all planes' floats: equal pictures, equal hashes
+// Of size and floats of the beauty plane alone: equal pictures, equal hashes, whatever other planes the film has and
+// on every machine. 0 if memory is out.
+RF_API uint64_t rf_film_hash(const rf_film *f);
 RF_API void rf_image_free(rf_image *img);
 
 typedef struct rf_save_def {

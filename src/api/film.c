@@ -58,8 +58,6 @@ bool rf_film_size(const rf_film *f, int *width, int *height)
   return true;
 }
 
-uint64_t rf_film_hash(const rf_film *f) { return f ? film_hash(f->film) : 0; }
-
 // --- rendering ------------------------------------------------------------------------------------
 // Names of choices that a definition can hold for as long as it likes. Filled once, read ever after.
 typedef struct ChoiceNames {
@@ -261,6 +259,20 @@ bool rf_develop(const rf_film *f, const rf_develop_def *def, rf_image *out)
   if (!tone_from(def, "rf_develop", &tone) || !rf_film_plane(f, RF_BEAUTY, out)) return false;
   tone_pixels(&tone, out->pixels, (size_t)out->width * (size_t)out->height, f->engine->jobs);
   return true;
+}
+
+// The hash of what the writer of "hash" would be given, so of the picture alone: which other planes the film has, and
+// in how many samples the same picture was reached, makes no difference.
+uint64_t rf_film_hash(const rf_film *f)
+{
+  rf_image picture;
+  if (!f) return api_bad_argument("rf_film_hash", "the film is NULL"), 0;
+  if (!rf_film_plane(f, RF_BEAUTY, &picture)) return 0;
+  const Plane plane = {film_plane_names[FILM_BEAUTY], film_plane_channels[FILM_BEAUTY], picture.pixels, false};
+  const ImageOut out = {.width = f->film->width, .height = f->film->height, .planes = &plane, .plane_count = 1};
+  const uint64_t hash = image_hash(&out);
+  rf_image_free(&picture);
+  return hash;
 }
 
 // --- saving ---------------------------------------------------------------------------------------

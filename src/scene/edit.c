@@ -52,7 +52,7 @@ static JsonDoc *parse_value(const char *path, const char *json, Err *err)
 // --- editing the copy -----------------------------------------------------------------------------
 static ElementReader reader(const Edit *e)
 {
-  return (ElementReader){.values = {.scene = e->scene}, .doc = e->doc, .is_edit = true, .err = e->err};
+  return (ElementReader){.scene = e->scene, .doc = e->doc, .is_edit = true, .err = e->err};
 }
 
 static bool set_name(const Edit *e)
@@ -84,9 +84,8 @@ static void keep_value(const Edit *e, const Field *from, const void *from_at, co
   Text text = {0};
   value_write(e->scene, from, from_at, &text, NULL);
   JsonDoc *doc = js_parse(text_get(&text), text.length, "value", NULL);
-  const ValueContext context = {.scene = e->scene};
   int item;
-  if (doc) (void)value_read(&context, to, js_root(doc), to_at, &item, NULL);
+  if (doc) (void)value_read(e->scene, to, js_root(doc), to_at, &item, NULL);
   js_free(doc);
   text_finish(&text);
 }
@@ -129,8 +128,7 @@ static bool set_field(const Edit *e)
   } else {
     Err wrong = {0};
     int item;
-    const ValueContext context = {.scene = e->scene};
-    if (!value_read(&context, f, v, at, &item, &wrong))
+    if (!value_read(e->scene, f, v, at, &item, &wrong))
       return err_set(e->err, wrong.kind, "%.200s: %s", e->path, wrong.text);
   }
   if (e->target.group == &group_shape && f->type == FIELD_file) { // another model
@@ -167,8 +165,7 @@ static bool check_group(const Edit *e, const Group *g, void *element)
 {
   Err wrong = {0};
   element_drop_unused(g, element);
-  if (!element_check(g, element, NULL, &wrong) ||
-      !element_load_model(e->scene, g, element, NULL, NULL, &wrong))
+  if (!element_check(g, element, NULL, &wrong) || !element_load_model(e->scene, g, element, NULL, &wrong))
     return err_set(e->err, wrong.kind, "%.200s: %s", e->path, wrong.text);
   return !g->nested || check_group(e, g->nested, group_nested(g, element));
 }
@@ -201,12 +198,21 @@ static bool make(Edit *e)
 }
 
 // --- putting it in place --------------------------------------------------------------------------
+static void replace(Scene *s, const Section *c, size_t index, const void *element)
+{
+  void *at = section_at(s, c, index);
+  const bool is_renamed =
+      c->group->has_name && !text_equal(*group_name(c->group, at), *group_name(c->group, element));
+  memcpy(at, element, c->group->size);
+  if (is_renamed) section_names_changed(s, c);
+}
+
 static bool commit(Scene *s, const Section *c, size_t index, Action action, const void *element,
                    bool is_given)
 {
   switch (action) {
   case ACTION_REPLACE:
-    memcpy(section_at(s, c, index), element, c->group->size);
+    replace(s, c, index, element);
     if (section_given(s, c)) *section_given(s, c) = is_given;
     return true;
   case ACTION_INSERT: return section_insert(s, c, index, element);

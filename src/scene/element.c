@@ -105,7 +105,7 @@ static bool read_name(const ElementReader *r, const Json *dict, const Json *v, c
   static const Field field = {.type = FIELD_text, .name = "name"};
   Err wrong = {0};
   int item;
-  if (js_kind(v) == JSON_NULL_ || !value_read(&r->values, &field, v, name, &item, &wrong) || !**name)
+  if (js_kind(v) == JSON_NULL_ || !value_read(r->scene, &field, v, name, &item, &wrong) || !**name)
     return js_fail(r->doc, dict, "name", 0, false, r->err, "%s",
                    wrong.kind ? wrong.text : "a name must be a text that is not empty");
   return true;
@@ -116,7 +116,7 @@ static bool read_field(const ElementReader *r, const Field *f, const Json *dict,
 {
   Err wrong = {0};
   int item;
-  if (value_read(&r->values, f, m.value, at, &item, &wrong)) return true;
+  if (value_read(r->scene, f, m.value, at, &item, &wrong)) return true;
   if (wrong.kind == ERR_NO_MEMORY) return err_set(r->err, wrong.kind, "%s", wrong.text);
   if (item >= 0) return js_fail(r->doc, m.value, NULL, (size_t)item, false, r->err, "%s", wrong.text);
   return js_fail(r->doc, dict, m.key, 0, false, r->err, "%s", wrong.text);
@@ -125,7 +125,7 @@ static bool read_field(const ElementReader *r, const Field *f, const Json *dict,
 static bool read_mesh_reference(const ElementReader *r, const Json *dict, JsonMember m, Shape *shape)
 {
   const double i = js_number(m.value, -1);
-  const size_t count = r->values.scene->meshes.count;
+  const size_t count = r->scene->meshes.count;
   if (!(i >= 0 && i < (double)count))
     return js_fail(r->doc, dict, m.key, 0, false, r->err,
                    "the scene holds meshes 0 to %zu, and this is none of them", count ? count - 1 : 0);
@@ -154,13 +154,13 @@ static bool read_mesh(const ElementReader *r, const Json *dict, Shape *shape)
   if (shape->mesh.file || shape->mesh_i >= 0)
     return fail_at_key(r, dict, shape->mesh.file ? "file" : element_mesh_key,
                        "a mesh has either a file or lists of its own, not both");
-  return mesh_json_read(r->values.scene, r->doc, dict, NULL, &shape->mesh_i, r->err);
+  return mesh_json_read(r->scene, r->doc, dict, NULL, &shape->mesh_i, r->err);
 }
 
 static bool load_model(const ElementReader *r, const Json *dict, const Group *g, void *out)
 {
   Err wrong = {0};
-  if (element_load_model(r->values.scene, g, out, r->options, r->models, &wrong)) return true;
+  if (element_load_model(r->scene, g, out, r->options, &wrong)) return true;
   // In a chain of scenes the last one knows why, the first one adds where it began.
   if (r->options && r->options->depth > 1) return err_set(r->err, wrong.kind, "%s", wrong.text);
   js_fail(r->doc, dict, "file", 0, false, r->err, "cannot load this model: %s", wrong.text);
@@ -219,14 +219,7 @@ bool element_read(const ElementReader *r, const Group *g, const Json *dict, Elem
 }
 
 // --- models ---------------------------------------------------------------------------------------
-static int32_t find_model(const Scene *s, const char *path)
-{
-  for (size_t i = 0; i < s->models.count; i++)
-    if (text_equal(s->models.items[i].file, path)) return (int32_t)i;
-  return -1;
-}
-
-static int32_t add_model(Scene *s, const char *path, const LoadOptions *options, Names *models, Err *err)
+static int32_t add_model(Scene *s, const char *path, const LoadOptions *options, Err *err)
 {
   Model model = {.file = arena_text(&s->arena, path)};
   if (!model.file || !array_reserve(&s->models, s->models.count + 1)) {
@@ -235,17 +228,11 @@ static int32_t add_model(Scene *s, const char *path, const LoadOptions *options,
   }
   model.scene = scene_load(path, options, err);
   if (!model.scene) return -1;
-  if (models && names_add(models, &s->arena, path, strlen(path)) != (int32_t)s->models.count) {
-    err_memory(err, path, 0);
-    scene_destroy(model.scene);
-    return -1;
-  }
   array_push(&s->models, model);
   return (int32_t)s->models.count - 1;
 }
 
-bool element_load_model(Scene *s, const Group *g, void *element, const LoadOptions *options, Names *models,
-                        Err *err)
+bool element_load_model(Scene *s, const Group *g, void *element, const LoadOptions *options, Err *err)
 {
   if (g != &group_shape) return true;
   Shape *shape = element;
@@ -261,9 +248,8 @@ bool element_load_model(Scene *s, const Group *g, void *element, const LoadOptio
       path_folder(&folder, s->path ? s->path : "");
       inner.root = text_get(&folder);
     }
-    shape->model_i =
-        models ? names_find(models, text_get(&path), path.length) : find_model(s, text_get(&path));
-    if (shape->model_i < 0) shape->model_i = add_model(s, text_get(&path), &inner, models, err);
+    shape->model_i = scene_find_model(s, text_get(&path));
+    if (shape->model_i < 0) shape->model_i = add_model(s, text_get(&path), &inner, err);
     ok = shape->model_i >= 0;
   }
   text_finish(&path);

@@ -7,11 +7,10 @@
 #include "scene/value.h"
 
 typedef struct ElementReader {
-  ValueContext values;
+  Scene *scene; // where names are looked up and texts and meshes go
   const JsonDoc *doc;
   const LoadOptions *options;
-  Names *models; // resolved path -> index in scene.models, all of them; NULL: the scene is searched
-  bool is_edit;  // "mesh": N names a mesh the scene holds already
+  bool is_edit; // "mesh": N names a mesh the scene holds already
   Err *err;
 } ElementReader;
 
@@ -35,8 +34,7 @@ bool element_check(const Group *g, const void *element, const char **field, Err 
 void element_drop_unused(const Group *g, void *element);
 
 // Loads the file of a mesh shape (g may be any group; others have nothing to load) unless that was done.
-bool element_load_model(Scene *s, const Group *g, void *element, const LoadOptions *options, Names *models,
-                        Err *err);
+bool element_load_model(Scene *s, const Group *g, void *element, const LoadOptions *options, Err *err);
 
 // Appends the element as compact JSON, only what differs from defaults. as_list_item adds the name as a member.
 // mesh_limit: meshes of more triangles are written as "mesh": N, which only edits can read back.

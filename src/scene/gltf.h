@@ -19,6 +19,7 @@
 #define RAYFOLD_SCENE_GLTF_H
 
 #include "base/file.h"
+#include "base/table.h"
 #include "scene/json.h"
 #include "scene/scene.h"
 
@@ -50,7 +51,7 @@ typedef struct GltfImage {
 typedef struct GltfTextureUse {
   TextureCommon common;
   int32_t texture_i; // in the scene
-  size_t next;       // of the same glTF texture; GLTF_NONE at the end
+  size_t gltf_i;
 } GltfTextureUse;
 
 typedef struct GltfMesh {
@@ -73,8 +74,8 @@ typedef struct Gltf {
   GltfBuffer *buffers; // one for each in the file, all lists below alike
   uint8_t **views;     // decompressed ones
   GltfImage *images;
-  size_t *texture_uses; // heads of chains in uses
   ARRAY(GltfTextureUse) uses;
+  Table uses_found; // hash of glTF texture and transform -> use
   GltfMesh *meshes;
   float light_scale; // candela and lux to watts, see gltf_light.c
 } Gltf;

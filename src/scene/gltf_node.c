@@ -277,12 +277,6 @@ static bool add_camera_of(Gltf *g, const Json *node, const Frame *world)
   size_t camera_i;
   if (!gltf_index(g, node, "camera", "cameras", &camera_i)) return false;
   if (camera_i == GLTF_NONE) return true;
-  enum { MOST_CAMERAS = 4096 }; // names are kept apart by comparing them all
-  if (g->scene->cameras.count >= MOST_CAMERAS) {
-    note_once(&g->scene->notes, "%s: there are more than %d cameras; the rest is left out", g->path,
-              MOST_CAMERAS);
-    return true;
-  }
   const Json *json = gltf_item(g, "cameras", camera_i);
   const bool is_flat = text_equal(js_text(js_get(json, "type")), "orthographic");
   char name[GLTF_NAME_SIZE];

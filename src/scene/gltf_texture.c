@@ -4,13 +4,11 @@
 
 #include "scene/gltf.h"
 
+#include "base/hash.h"
 #include "scene/import.h"
 #include "scene/uri.h"
 
 #include <string.h>
-
-// Names are kept apart by comparing them all, so their number is limited; no honest file comes near.
-enum { MOST_TEXTURES = 8192 };
 
 static void note_missing(Gltf *g, size_t image_i, const char *why)
 {
@@ -160,6 +158,22 @@ static bool is_same(const TextureCommon *a, const TextureCommon *b)
          a->scale[1] == b->scale[1] && a->rotation == b->rotation && a->texcoord == b->texcoord;
 }
 
+static uint64_t use_key(size_t texture_i, const TextureCommon *c)
+{
+  const float numbers[] = {c->offset[0], c->offset[1], c->scale[0], c->scale[1], c->rotation};
+  return hash_bytes(texture_i, numbers, sizeof numbers);
+}
+
+static const GltfTextureUse *find_use(const Gltf *g, uint64_t key, size_t texture_i, const TextureCommon *c)
+{
+  size_t step = 0;
+  for (const int32_t *i; (i = table_next(&g->uses_found, key, &step));) {
+    const GltfTextureUse *use = &g->uses.items[*i];
+    if (use->gltf_i == texture_i && is_same(&use->common, c)) return use;
+  }
+  return NULL;
+}
+
 // --- textures -------------------------------------------------------------------------------------
 static bool add_texture(Gltf *g, size_t texture_i, const TextureCommon *common, int32_t *out)
 {
@@ -171,11 +185,7 @@ static bool add_texture(Gltf *g, size_t texture_i, const TextureCommon *common, 
   if (image_i == GLTF_NONE) return true;
   if (!open_image(g, image_i, &image)) return false;
   if (!image->file && !image->bytes) return true;
-  if (g->scene->textures.count >= MOST_TEXTURES) {
-    note_once(&g->scene->notes, "%s: there are more than %d textures; the rest is left out", g->path,
-              MOST_TEXTURES);
-    return true;
-  }
+  if (!gltf_charge(g, 1, sizeof(Texture) + GLTF_NAME_SIZE, "textures")) return false;
   char name[GLTF_NAME_SIZE];
   const Json *named = js_text(js_get(json, "name")) ? json : gltf_item(g, "images", image_i);
   *out = scene_add_texture(g->scene, TEXTURE_IMAGE, gltf_name(named, "texture", texture_i, name));
@@ -201,16 +211,13 @@ bool gltf_texture(Gltf *g, const Json *dict, const char *key, int32_t *texture_i
   if (js_kind(info) != JSON_DICT) return gltf_fail(g, dict, key, "\"%s\" must be a dictionary", key);
   if (!gltf_index(g, info, "index", "textures", &index) || !read_transform(g, info, &common)) return false;
   if (index == GLTF_NONE) return gltf_fail(g, dict, key, "\"%s\" lacks the \"index\" of a texture", key);
-  for (size_t i = g->texture_uses[index]; i != GLTF_NONE; i = g->uses.items[i].next)
-    if (is_same(&g->uses.items[i].common, &common)) {
-      *texture_i = g->uses.items[i].texture_i;
-      return true;
-    }
+  const uint64_t use = use_key(index, &common);
+  const GltfTextureUse *known = find_use(g, use, index, &common);
+  if (known) return *texture_i = known->texture_i, true;
   if (!add_texture(g, index, &common, texture_i)) return false;
   // One that could not be had is not kept apart by its transforms: the first finding stands for all.
   if (*texture_i < 0) return true;
-  if (!array_push(&g->uses, (GltfTextureUse){common, *texture_i, g->texture_uses[index]}))
-    return err_memory(g->err, "textures", sizeof(GltfTextureUse));
-  g->texture_uses[index] = g->uses.count - 1;
-  return true;
+  return (array_push(&g->uses, (GltfTextureUse){common, *texture_i, index}) &&
+          table_add(&g->uses_found, use, (int32_t)g->uses.count - 1)) ||
+         err_memory(g->err, "textures", sizeof(GltfTextureUse));
 }

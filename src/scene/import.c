@@ -85,12 +85,6 @@ const char *import_find_file(Scene *s, const char *path, const char *owner_path,
 
 int32_t import_add_image(Scene *s, const char *file)
 {
-  // Names are kept apart by comparing them all, so their number is limited; no honest file comes near.
-  enum { MOST_TEXTURES = 8192 };
-  if (s->textures.count >= MOST_TEXTURES) {
-    note_once(&s->notes, "there are more than %d textures; the rest is left out", MOST_TEXTURES);
-    return -1;
-  }
   const char *name = stem(&s->arena, file);
   const int32_t i = name ? scene_add_texture(s, TEXTURE_IMAGE, name) : -1;
   if (i >= 0) s->textures.items[i].image.file = file;

@@ -18,7 +18,7 @@ bool import_add_mesh(Scene *s, const char *path, const char *name, MeshData *dat
 const char *import_find_file(Scene *s, const char *path, const char *owner_path, const char *name,
                              const LoadOptions *options);
 
-// An image texture of this file with all else default; -1 when memory is out or there are more than 8192.
+// An image texture of this file with all else default; -1 when memory is out.
 int32_t import_add_image(Scene *s, const char *file);
 
 // A vertex colour's channel, 0..1 as sRGB has it (IEC 61966-2-1), to linear.

@@ -195,10 +195,7 @@ static bool prepare_lists(Gltf *g)
   g->views = zeros(g, "bufferViews", sizeof *g->views);
   g->images = zeros(g, "images", sizeof *g->images);
   g->meshes = zeros(g, "meshes", sizeof *g->meshes);
-  g->texture_uses = zeros(g, "textures", sizeof *g->texture_uses);
-  if (!g->buffers || !g->views || !g->images || !g->meshes || !g->texture_uses) return false;
-  for (size_t i = 0; i < gltf_count(g, "textures"); i++) g->texture_uses[i] = GLTF_NONE;
-  return true;
+  return g->buffers && g->views && g->images && g->meshes;
 }
 
 bool import_gltf(Scene *s, const char *path, const LoadOptions *options, Err *err)
@@ -215,8 +212,8 @@ bool import_gltf(Scene *s, const char *path, const LoadOptions *options, Err *er
   gltf_release_buffers(&g); // while the document still tells how many there are
   mem_free(g.images);
   mem_free(g.meshes);
-  mem_free(g.texture_uses);
   array_finish(&g.uses);
+  table_finish(&g.uses_found);
   js_free(g.doc);
   file_release(&g.file);
   return ok;

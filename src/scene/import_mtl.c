@@ -18,6 +18,7 @@
 
 #include "scene/import_mtl.h"
 
+#include "base/hash.h"
 #include "scene/import.h"
 #include "scene/lines.h"
 
@@ -50,7 +51,7 @@ typedef struct Library {
   Lines lines;
   bool is_open; // mtl is one that is wanted
   Mtl mtl;
-  int32_t *found;
+  MtlWants *wants;
   Names ignored;
 } Library;
 
@@ -171,28 +172,43 @@ static bool is_normal_map_name(const char *file)
          text_ends(stem, "_norm") || text_ends(stem, "_nml");
 }
 
+static int32_t wrap_of(const Map *m)
+{
+  return m->clamp ? WRAP_CLAMP : WRAP_REPEAT;
+}
+
+static uint64_t use_key(const Map *m)
+{
+  const float numbers[] = {m->offset[0], m->offset[1], m->scale[0], m->scale[1], m->gain, m->bias, m->clamp};
+  return hash_bytes(hash_bytes(0, m->file, strlen(m->file)), numbers, sizeof numbers);
+}
+
+static bool is_same_use(const Texture *t, const Map *m)
+{
+  return text_equal(t->image.file, m->file) && t->common.offset[0] == m->offset[0] &&
+         t->common.offset[1] == m->offset[1] && t->common.scale[0] == m->scale[0] &&
+         t->common.scale[1] == m->scale[1] && t->image.wrap_u == wrap_of(m) && t->image.gain[0] == m->gain &&
+         t->image.bias[0] == m->bias;
+}
+
 // The same picture used in the same way is one texture.
 static int32_t map_texture(Library *l, const Map *m)
 {
   if (!m->file) return -1;
-  Texture want = {.common = {.offset = {m->offset[0], m->offset[1]}, .scale = {m->scale[0], m->scale[1]}}};
-  const int32_t wrap = m->clamp ? WRAP_CLAMP : WRAP_REPEAT;
-  for (size_t i = 0; i < l->scene->textures.count; i++) {
-    const Texture *t = &l->scene->textures.items[i];
-    if (t->kind == TEXTURE_IMAGE && text_equal(t->image.file, m->file) &&
-        !memcmp(t->common.offset, want.common.offset, sizeof want.common.offset) &&
-        !memcmp(t->common.scale, want.common.scale, sizeof want.common.scale) && t->image.wrap_u == wrap &&
-        t->image.gain[0] == m->gain && t->image.bias[0] == m->bias)
-      return (int32_t)i;
-  }
+  const uint64_t key = use_key(m);
+  size_t step = 0;
+  for (const int32_t *i; (i = table_next(&l->wants->textures, key, &step));)
+    if (is_same_use(&l->scene->textures.items[*i], m)) return *i;
   const int32_t texture_i = import_add_image(l->scene, m->file);
   if (texture_i < 0) return -1;
+  (void)table_add(&l->wants->textures, key,
+                  texture_i); // forgotten: the next use makes another, which is as good
   Texture *t = &l->scene->textures.items[texture_i];
   for (int k = 0; k < 2; k++) {
     t->common.offset[k] = m->offset[k];
     t->common.scale[k] = m->scale[k];
   }
-  t->image.wrap_u = t->image.wrap_v = wrap;
+  t->image.wrap_u = t->image.wrap_v = wrap_of(m);
   for (int k = 0; k < 3; k++) {
     t->image.gain[k] = m->gain;
     t->image.bias[k] = m->bias;
@@ -356,13 +372,13 @@ static void set_normals(Library *l, const Mtl *m, Pbr *pbr)
   pbr->normal_scale = clamp_f(map->strength, -16, 16);
 }
 
-static bool close_material(Library *l, const Names *wanted, Err *err)
+static bool close_material(Library *l, Err *err)
 {
   if (!l->is_open) return true;
   const Mtl *m = &l->mtl;
-  const int32_t i = scene_add_material(l->scene, MATERIAL_PBR, names_get(wanted, m->name_i));
+  const int32_t i = scene_add_material(l->scene, MATERIAL_PBR, names_get(l->wants->names, m->name_i));
   if (i < 0) return err_memory(err, l->path, sizeof(Material));
-  l->found[m->name_i] = i;
+  l->wants->found[m->name_i] = i;
   l->is_open = false;
   Pbr *pbr = &l->scene->materials.items[i].pbr;
   set_base(l, m, pbr);
@@ -505,17 +521,20 @@ static void ignore_row(Library *l, const char *p, const char *end)
 }
 
 // The first definition of a name counts, as in the libraries' search order.
-static void open_material(Library *l, const Names *wanted, const char *p, const char *end)
+static void open_material(Library *l, const char *p, const char *end)
 {
-  const int32_t name_i = names_find(wanted, p, (size_t)(end - p));
-  l->is_open = name_i >= 0 && l->found[name_i] < 0;
+  const int32_t name_i = names_find(l->wants->names, p, (size_t)(end - p));
+  l->is_open = name_i >= 0 && l->wants->found[name_i] < 0;
   if (l->is_open) l->mtl = (Mtl){.name_i = name_i, .illum = -1};
 }
 
-bool import_mtl(Scene *s, const char *obj_path, const char *mtl_path, const FileBytes *file,
-                const Names *wanted, int32_t *found, const LoadOptions *options, Err *err)
+bool import_mtl(MtlWants *wants, const char *mtl_path, const FileBytes *file, Err *err)
 {
-  Library l = {.scene = s, .obj_path = obj_path, .path = mtl_path, .options = options, .found = found};
+  Library l = {.scene = wants->scene,
+               .obj_path = wants->obj_path,
+               .path = mtl_path,
+               .options = wants->options,
+               .wants = wants};
   lines_init(&l.lines, mtl_path, file->data, file->size);
   const char *p, *end;
   bool ok = true;
@@ -525,8 +544,8 @@ bool import_mtl(Scene *s, const char *obj_path, const char *mtl_path, const File
     const char *after = skip_word(p, end), *rest = skip_blanks(after, end);
     end = trim_end(rest, end);
     if (word_is(p, after, "newmtl")) {
-      ok = close_material(&l, wanted, err);
-      if (ok) open_material(&l, wanted, rest, end);
+      ok = close_material(&l, err);
+      if (ok) open_material(&l, rest, end);
     } else if (l.is_open) {
       const Row *row = find_row(p, after);
       if (row)
@@ -535,7 +554,7 @@ bool import_mtl(Scene *s, const char *obj_path, const char *mtl_path, const File
         ignore_row(&l, p, after);
     }
   }
-  ok = ok && close_material(&l, wanted, err);
+  ok = ok && close_material(&l, err);
   names_finish(&l.ignored);
   lines_finish(&l.lines);
   return ok;

@@ -7,9 +7,18 @@
 #include "scene/names.h"
 #include "scene/scene.h"
 
-// Adds those materials of the library that are wanted and not found yet, and puts their indices into found (one a
-// name, -1 where there is none). What the renderer cannot show is a note; only memory running out is an error.
-bool import_mtl(Scene *s, const char *obj_path, const char *mtl_path, const FileBytes *file,
-                const Names *wanted, int32_t *found, const LoadOptions *options, Err *err);
+// What an OBJ file wants of its libraries, and what has been found so far.
+typedef struct MtlWants {
+  Scene *scene;
+  const char *obj_path;
+  const LoadOptions *options;
+  const Names *names; // of materials
+  int32_t *found;     // one a name: the material's index, -1 where there is none
+  Table textures;     // hash of a picture and its use -> texture of the scene; the caller's to finish
+} MtlWants;
+
+// Adds those materials of the library that are wanted and not found yet. What the renderer cannot show is a note;
+// only memory running out is an error.
+bool import_mtl(MtlWants *wants, const char *mtl_path, const FileBytes *file, Err *err);
 
 #endif

@@ -17,7 +17,11 @@
 
 #include <string.h>
 
-enum { MOST_SLOTS = 16384, MOST_LIBRARIES = 64, MOST_IGNORED = 64 };
+enum {
+  MOST_SLOTS = UINT16_MAX + 1, // what a triangle's slot can tell apart
+  MOST_LIBRARIES = 64,
+  MOST_IGNORED = 64
+};
 
 typedef ARRAY(float) Floats;
 typedef ARRAY(uint32_t) Indices;
@@ -348,7 +352,7 @@ static bool read_lines(Obj *o)
 
 // --- materials --------------------------------------------------------------------------------------
 // A library that cannot be opened is no failure: the reason is left in *why.
-static bool read_library(Obj *o, const char *name, int32_t *found, Err *why)
+static bool read_library(Obj *o, const char *name, MtlWants *wants, Err *why)
 {
   Text file = {0};
   FileBytes bytes = {0};
@@ -356,17 +360,17 @@ static bool read_library(Obj *o, const char *name, int32_t *found, Err *why)
   const char *root = o->options ? o->options->root : NULL;
   bool ok = true;
   if (path_resolve(&file, o->path, name, root, allow_outside, why) && file_read(&bytes, text_get(&file), why))
-    ok = import_mtl(o->scene, o->path, text_get(&file), &bytes, &o->materials, found, o->options, o->err);
+    ok = import_mtl(wants, text_get(&file), &bytes, o->err);
   file_release(&bytes);
   text_finish(&file);
   return ok;
 }
 
 // "mtllib a.mtl b.mtl" names two files, "mtllib my scene.mtl" one: the whole rest of the line is tried first.
-static bool read_library_line(Obj *o, const char *names, int32_t *found)
+static bool read_library_line(Obj *o, const char *names, MtlWants *wants)
 {
   Err why = {0};
-  if (!read_library(o, names, found, &why)) return false;
+  if (!read_library(o, names, wants, &why)) return false;
   if (!why.kind) return true;
   const char *end = names + strlen(names);
   Text one = {0};
@@ -376,7 +380,7 @@ static bool read_library_line(Obj *o, const char *names, int32_t *found)
     text_clear(&one);
     text_add_n(&one, p, (size_t)(after - p));
     why = (Err){0};
-    ok = read_library(o, text_get(&one), found, &why);
+    ok = read_library(o, text_get(&one), wants, &why);
     if (why.kind)
       note_once(&o->scene->notes, "%s: a material library is left out: %.400s", o->path, why.text);
   }
@@ -388,8 +392,13 @@ static bool read_library_line(Obj *o, const char *names, int32_t *found)
 static bool find_materials(Obj *o, int32_t *slots, size_t count)
 {
   for (size_t i = 0; i < count; i++) slots[i] = -1;
-  for (size_t i = 0; i < names_count(&o->libraries); i++)
-    if (!read_library_line(o, names_get(&o->libraries, (int32_t)i), slots)) return false;
+  MtlWants wants = {
+      .scene = o->scene, .obj_path = o->path, .options = o->options, .names = &o->materials, .found = slots};
+  bool ok = true;
+  for (size_t i = 0; ok && i < names_count(&o->libraries); i++)
+    ok = read_library_line(o, names_get(&o->libraries, (int32_t)i), &wants);
+  table_finish(&wants.textures);
+  if (!ok) return false;
   for (size_t i = 0; i < count; i++) {
     const char *name = names_get(&o->materials, (int32_t)i);
     if (slots[i] < 0 && name[0] && names_count(&o->libraries))

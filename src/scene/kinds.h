@@ -88,7 +88,16 @@ const Section *section_find(const char *name); // NULL: none of that name
 size_t section_count(const Scene *s, const Section *c);
 void *section_at(const Scene *s, const Section *c, size_t i);                  // i < section_count()
 int32_t section_index(const Scene *s, const Section *c, const char *name);     // the first of that name, -1: none
+int32_t scene_find_model(const Scene *s, const char *file);                    // its path, as resolved; -1: none
 bool *section_given(const Scene *s, const Section *c);                         // NULL: always counts as given
+
+// Names are found by a table, which must hear of every change but elements that join at the end.
+void section_names_changed(Scene *s, const Section *c);
+void section_names_finish(Scene *s);
+
+// A name nobody in the section has, in the scene's arena: the wanted one (NULL: the section's noun), or the first free
+// of "wanted.2", "wanted.3", ... NULL when memory is out.
+const char *section_free_name(Scene *s, const Section *c, const char *wanted);
 
 // Puts a copy of element in front of the i-th (or last); references to those behind it move along. False when
 // memory is out or the section is full. Not for SECTION_ONE.

@@ -5,12 +5,13 @@
 
 #include "base/arena.h"
 #include "base/array.h"
+#include "base/table.h"
 
 #include <stdint.h>
 
 typedef struct Names {
   ARRAY(const char *) list; // the names, in the arena
-  ARRAY(int32_t) table;     // open addressing, -1 free; its count is a power of two
+  Table table;              // hash of a name -> its number
 } Names;                    // zero is none
 
 int32_t names_find(const Names *n, const char *name, size_t length);    // -1: not there

@@ -6,7 +6,6 @@
 #include "base/text.h"
 #include "scene/kinds.h"
 
-#include <stdio.h>
 #include <string.h>
 
 // --- mesh data ------------------------------------------------------------------------------------
@@ -116,45 +115,22 @@ void scene_destroy(Scene *s)
   array_finish(&s->models);
   array_finish(&s->objects);
   array_finish(&s->lights);
+  section_names_finish(s);
   notes_finish(&s->notes);
   arena_finish(&s->arena);
   mem_free(s);
 }
 
+static const Section *section_of(const Group *g) { return section_find(g->name); }
+
 int32_t scene_find_texture(const Scene *s, const char *name)
 {
-  for (size_t i = 0; i < s->textures.count; i++)
-    if (text_equal(s->textures.items[i].name, name)) return (int32_t)i;
-  return -1;
+  return section_index(s, section_of(&group_texture), name);
 }
 
 int32_t scene_find_material(const Scene *s, const char *name)
 {
-  for (size_t i = 0; i < s->materials.count; i++)
-    if (text_equal(s->materials.items[i].name, name)) return (int32_t)i;
-  return -1;
-}
-
-static int32_t find_camera(const Scene *s, const char *name)
-{
-  for (size_t i = 0; i < s->cameras.count; i++)
-    if (text_equal(s->cameras.items[i].name, name)) return (int32_t)i;
-  return -1;
-}
-
-// A name not taken yet: the wanted one, or the first free "wanted.N". Tries double, so that a file with a hundred
-// thousand equal names does not take a quadratic time of comparisons.
-static const char *free_name(Scene *s, int32_t (*find)(const Scene *, const char *), size_t count,
-                             const char *wanted, const char *noun)
-{
-  if (!wanted || !wanted[0]) wanted = noun;
-  if (find(s, wanted) < 0) return arena_text(&s->arena, wanted);
-  for (size_t n = 2; n <= 16; n++) {
-    char tried[300];
-    snprintf(tried, sizeof tried, "%.250s.%zu", wanted, n);
-    if (find(s, tried) < 0) return arena_text(&s->arena, tried);
-  }
-  return arena_format(&s->arena, "%.250s.%zu", wanted, count + 1);
+  return section_index(s, section_of(&group_material), name);
 }
 
 static bool is_full(size_t count) { return count >= INT32_MAX; }
@@ -163,7 +139,7 @@ int32_t scene_add_texture(Scene *s, TextureKind kind, const char *name)
 {
   Texture t;
   group_default(&group_texture, (int32_t)kind, &t);
-  t.name = free_name(s, scene_find_texture, s->textures.count, name, "texture");
+  t.name = section_free_name(s, section_of(&group_texture), name);
   if (!t.name || is_full(s->textures.count) || !array_push(&s->textures, t)) return -1;
   return (int32_t)s->textures.count - 1;
 }
@@ -172,7 +148,7 @@ int32_t scene_add_material(Scene *s, MaterialKind kind, const char *name)
 {
   Material m;
   group_default(&group_material, (int32_t)kind, &m);
-  m.name = free_name(s, scene_find_material, s->materials.count, name, "material");
+  m.name = section_free_name(s, section_of(&group_material), name);
   if (!m.name || is_full(s->materials.count) || !array_push(&s->materials, m)) return -1;
   return (int32_t)s->materials.count - 1;
 }
@@ -181,7 +157,7 @@ int32_t scene_add_camera(Scene *s, CameraKind kind, const char *name)
 {
   Camera c;
   group_default(&group_camera, (int32_t)kind, &c);
-  c.name = free_name(s, find_camera, s->cameras.count, name, "camera");
+  c.name = section_free_name(s, section_of(&group_cameras), name);
   if (!c.name || is_full(s->cameras.count) || !array_push(&s->cameras, c)) return -1;
   return (int32_t)s->cameras.count - 1;
 }

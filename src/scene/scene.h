@@ -24,7 +24,7 @@
 
 // --- settings -----------------------------------------------------------------------------------
 #define RENDER_FIELDS(F)                                                                                            \
-  F(choice,  integrator, 0, 0, 0, "path|normal|depth|albedo|uv|id|bary|cost", "What a pixel shows: light, or a debug view.") \
+  F(choice,  integrator, 0, 0, 0, "path|normal|depth|albedo|uv|id|bary|cost", "What a pixel shows: light, or a debug view, which `rayfold render` saves untouched by `develop`.") \
   F(size,    size, (1280, 720), 1, 32768, "px", "Width and height of the picture.")                                 \
   F(integer, spp, 64, 1, 524288, "", "Samples a pixel.")                                                            \
   F(integer, max_depth, 8, 0, 255, "", "Most bounces of a path; 0 shows emitted light only, 1 direct light.")       \
@@ -370,6 +370,7 @@ struct Scene {
   ARRAY(Light) lights;
   uint32_t last_id;    // of an object
   Notes notes;         // what was ignored or repaired while loading
+  struct SceneNames *names; // private, owned: finds elements by their names
 };
 
 Scene *scene_create(Err *err); // defaults everywhere

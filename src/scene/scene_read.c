@@ -12,8 +12,6 @@ enum { FILE_VERSION = 1 };
 
 typedef struct SceneReader {
   ElementReader element;
-  Names names[SECTION_COUNT]; // of the sections by name: name -> index
-  Names models;
   const Json *root;
 } SceneReader;
 
@@ -62,10 +60,9 @@ static bool check_forms(const SceneReader *r, Err *err)
 }
 
 // --- first pass: names ----------------------------------------------------------------------------
-static bool enter_name(SceneReader *r, int section_i, const Json *dict, const char *key, Err *err)
+static bool enter_name(SceneReader *r, const Section *c, const Json *dict, const char *key, Err *err)
 {
-  Scene *s = r->element.values.scene;
-  const Section *c = &scene_sections[section_i];
+  Scene *s = r->element.scene;
   const size_t length = strlen(key);
   if (!length || length > LONGEST_TEXT)
     return js_fail(r->element.doc, dict, key, 0, true, err,
@@ -76,19 +73,18 @@ static bool enter_name(SceneReader *r, int section_i, const Json *dict, const ch
     Material material;
   } fresh;
   group_default(c->group, 0, &fresh);
-  const int32_t i = names_add(&r->names[section_i], &s->arena, key, length);
-  if (i < 0) return err_memory(err, key, length);
-  *group_name(c->group, &fresh) = names_get(&r->names[section_i], i);
-  return section_insert(s, c, section_count(s, c), &fresh) || err_memory(err, key, c->group->size);
+  const char *name = arena_text(&s->arena, key);
+  *group_name(c->group, &fresh) = name;
+  return (name && section_insert(s, c, section_count(s, c), &fresh)) || err_memory(err, key, c->group->size);
 }
 
 static bool enter_names(SceneReader *r, Err *err)
 {
   for (int i = 0; i < SECTION_COUNT; i++) {
-    if (scene_sections[i].form != SECTION_BY_NAME) continue;
-    const Json *dict = js_get(r->root, scene_sections[i].group->name);
+    const Section *c = &scene_sections[i];
+    const Json *dict = c->form == SECTION_BY_NAME ? js_get(r->root, c->group->name) : NULL;
     for (JsonMember m = js_first(dict); m.key; m = js_next(dict, m))
-      if (!enter_name(r, i, dict, m.key, err)) return false;
+      if (!enter_name(r, c, dict, m.key, err)) return false;
   }
   return true;
 }
@@ -96,7 +92,7 @@ static bool enter_names(SceneReader *r, Err *err)
 // --- second pass: content -------------------------------------------------------------------------
 static bool read_one(const SceneReader *r, const Section *c, const Json *v)
 {
-  Scene *s = r->element.values.scene;
+  Scene *s = r->element.scene;
   if (section_given(s, c)) *section_given(s, c) = true;
   return element_read(&r->element, c->group, v, (ElementPlace){r->root, c->group->name, 0},
                       section_at(s, c, 0));
@@ -104,7 +100,7 @@ static bool read_one(const SceneReader *r, const Section *c, const Json *v)
 
 static bool read_by_name(const SceneReader *r, const Section *c, const Json *v)
 {
-  Scene *s = r->element.values.scene;
+  Scene *s = r->element.scene;
   size_t i = 0;
   for (JsonMember m = js_first(v); m.key; m = js_next(v, m), i++)
     if (!element_read(&r->element, c->group, m.value, (ElementPlace){v, m.key, 0}, section_at(s, c, i)))
@@ -114,7 +110,7 @@ static bool read_by_name(const SceneReader *r, const Section *c, const Json *v)
 
 static bool read_list(const SceneReader *r, const Section *c, const Json *v)
 {
-  Scene *s = r->element.values.scene;
+  Scene *s = r->element.scene;
   union {
     Object object;
     Light light;
@@ -146,18 +142,9 @@ static bool read_sections(const SceneReader *r)
 
 static bool read_document(Scene *s, const JsonDoc *doc, const LoadOptions *options, Err *err)
 {
-  SceneReader r = {.element = {.values = {.scene = s}, .doc = doc, .options = options, .err = err},
-                   .root = js_root(doc)};
-  for (int i = 0; i < SECTION_COUNT; i++) {
-    if (&scene_sections[i] == section_of_reference(FIELD_texture)) r.element.values.textures = &r.names[i];
-    if (&scene_sections[i] == section_of_reference(FIELD_material)) r.element.values.materials = &r.names[i];
-  }
-  r.element.models = &r.models;
-  const bool ok = check_version(&r, err) && check_sections(&r, err) && check_forms(&r, err) &&
-                  enter_names(&r, err) && read_sections(&r);
-  for (int i = 0; i < SECTION_COUNT; i++) names_finish(&r.names[i]);
-  names_finish(&r.models);
-  return ok;
+  SceneReader r = {.element = {.scene = s, .doc = doc, .options = options, .err = err}, .root = js_root(doc)};
+  return check_version(&r, err) && check_sections(&r, err) && check_forms(&r, err) && enter_names(&r, err) &&
+         read_sections(&r);
 }
 
 static bool is_blank(const uint8_t *data, size_t size)

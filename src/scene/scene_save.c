@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/mem.h"
+#include "base/table.h"
 #include "scene/export_mesh.h"
 #include "scene/kinds.h"
 #include "scene/mesh_split.h"
@@ -28,14 +29,22 @@ typedef struct SavedMesh {
   size_t count;
 } SavedMesh;
 
+typedef struct SavedPicture {
+  const uint8_t *bytes; // embedded in the scene
+  size_t size;
+  const char *file; // in the copy's arena
+} SavedPicture;
+
 typedef struct Saver {
   const Scene *scene;
   Scene *copy;
   SavedMesh *meshes; // one for each of the scene's
-  Text folder;       // the new scene's, without links
-  Text old_folder;   // the scene's own so far
-  Text data_name;    // "castle.data", beside the new scene
-  bool has_data;     // that folder is there
+  ARRAY(SavedPicture) pictures;
+  Table pictures_found; // address of the bytes -> picture
+  Text folder;          // the new scene's, without links
+  Text old_folder;      // the scene's own so far
+  Text data_name;       // "castle.data", beside the new scene
+  bool has_data;        // that folder is there
   Err *err;
 } Saver;
 
@@ -171,19 +180,39 @@ static const char *picture_extension(const uint8_t *bytes, size_t size)
   return ".img"; // pictures are known by their first bytes when read
 }
 
-static bool save_picture(Saver *s, Texture *t)
+static const char *find_picture(const Saver *s, const Texture *t)
 {
-  if (t->kind != TEXTURE_IMAGE || t->image.file || !t->embedded) return true;
+  size_t step = 0;
+  for (const int32_t *i; (i = table_next(&s->pictures_found, (uintptr_t)t->embedded, &step));) {
+    const SavedPicture *p = &s->pictures.items[*i];
+    if (p->bytes == t->embedded && p->size == t->embedded_size) return p->file;
+  }
+  return NULL;
+}
+
+static const char *write_picture(Saver *s, const Texture *t)
+{
   const char *file = data_file(s, t->name, hash_bytes(0, t->embedded, t->embedded_size),
                                picture_extension(t->embedded, t->embedded_size));
   Text path = {0};
-  const bool ok =
+  bool ok =
       data_path(s, file, &path) && file_write_whole(text_get(&path), t->embedded, t->embedded_size, s->err);
   text_finish(&path);
-  t->image.file = file;
+  if (!ok) return NULL;
+  ok = array_push(&s->pictures, (SavedPicture){t->embedded, t->embedded_size, file}) &&
+       table_add(&s->pictures_found, (uintptr_t)t->embedded, (int32_t)s->pictures.count - 1);
+  return ok || err_memory(s->err, "the pictures", 0) ? file : NULL;
+}
+
+// Textures may share a picture, thousands of them a large one; it is written once, under the name of the first.
+static bool save_picture(Saver *s, Texture *t)
+{
+  if (t->kind != TEXTURE_IMAGE || t->image.file || !t->embedded) return true;
+  const char *file = find_picture(s, t);
+  t->image.file = file ? file : write_picture(s, t);
   t->embedded = NULL;
   t->embedded_size = 0;
-  return ok;
+  return t->image.file;
 }
 
 // --- meshes ---------------------------------------------------------------------------------------
@@ -317,6 +346,8 @@ bool scene_save(const Scene *scene, const char *path, Err *err)
   text_finish(&s.old_folder);
   text_finish(&s.data_name);
   mem_free(s.meshes);
+  array_finish(&s.pictures);
+  table_finish(&s.pictures_found);
   scene_destroy(s.copy);
   return ok;
 }

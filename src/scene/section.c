@@ -69,15 +69,6 @@ void *section_at(const Scene *s, const Section *c, size_t i)
   return (char *)get_array(s, c).items + i * c->group->size;
 }
 
-int32_t section_index(const Scene *s, const Section *c, const char *name)
-{
-  if (c->form == SECTION_ONE) return -1;
-  const AnyArray a = get_array(s, c);
-  for (size_t i = 0; i < a.count; i++)
-    if (text_equal(*group_name(c->group, (char *)a.items + i * c->group->size), name)) return (int32_t)i;
-  return -1;
-}
-
 bool *section_given(const Scene *s, const Section *c)
 {
   return c->has_given ? (bool *)((char *)(size_t)s + c->given_offset) : NULL;
@@ -140,7 +131,9 @@ bool section_insert(Scene *s, const Section *c, size_t i, const void *element)
   if (c->group == &group_object && !((Object *)(void *)at)->id) ((Object *)(void *)at)->id = ++s->last_id;
   const bool is_last = i == a.count++;
   put_array(s, c, &a);
-  if (!is_last) shift_references(s, c, (int32_t)i, 1);
+  if (is_last) return true;
+  section_names_changed(s, c);
+  shift_references(s, c, (int32_t)i, 1);
   return true;
 }
 
@@ -152,6 +145,7 @@ void section_remove(Scene *s, const Section *c, size_t i)
   memmove(at, at + size, (a.count - i - 1) * size);
   a.count--;
   put_array(s, c, &a);
+  section_names_changed(s, c);
   shift_references(s, c, (int32_t)i + 1, -1);
 }
 

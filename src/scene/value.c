@@ -199,7 +199,7 @@ static bool read_matrix(const Field *f, const Json *v, float *at, int *item, Err
   return true;
 }
 
-static bool read_text(const ValueContext *c, const Field *f, const Json *v, const char **at, Err *err)
+static bool read_text(Scene *s, const Field *f, const Json *v, const char **at, Err *err)
 {
   if (js_kind(v) == JSON_NULL_) {
     *at = NULL;
@@ -213,7 +213,7 @@ static bool read_text(const ValueContext *c, const Field *f, const Json *v, cons
                    LONGEST_TEXT);
   if (f->type == FIELD_file && !n)
     return err_set(err, ERR_BAD_SCENE, "%s must name a file, but is empty", f->name);
-  const char *copy = arena_text_n(&c->scene->arena, text, n);
+  const char *copy = arena_text_n(&s->arena, text, n);
   if (!copy) return err_memory(err, f->name, n);
   *at = copy;
   return true;
@@ -245,11 +245,11 @@ static bool read_choice(const Field *f, const Json *v, int32_t *at, Err *err)
   return false;
 }
 
-static bool reference_fail(const ValueContext *c, const Section *to, const char *name, Err *err)
+static bool reference_fail(const Scene *s, const Section *to, const char *name, Err *err)
 {
-  const size_t count = section_count(c->scene, to);
+  const size_t count = section_count(s, to);
   const char **names = mem_alloc(count, sizeof *names);
-  for (size_t i = 0; names && i < count; i++) names[i] = *group_name(to->group, section_at(c->scene, to, i));
+  for (size_t i = 0; names && i < count; i++) names[i] = *group_name(to->group, section_at(s, to, i));
   char hint[120];
   err_set(err, ERR_BAD_SCENE, "%s \"%.100s\" is not defined%s", to->group->noun, name,
           text_hint(hint, name, names, names ? count : 0));
@@ -257,7 +257,7 @@ static bool reference_fail(const ValueContext *c, const Section *to, const char 
   return false;
 }
 
-static bool read_reference(const ValueContext *c, const Field *f, const Json *v, int32_t *at, Err *err)
+static bool read_reference(const Scene *s, const Field *f, const Json *v, int32_t *at, Err *err)
 {
   if (js_kind(v) == JSON_NULL_) {
     *at = -1;
@@ -266,14 +266,13 @@ static bool read_reference(const ValueContext *c, const Field *f, const Json *v,
   const char *name = js_text(v);
   if (!name) return type_fail(f, v, err);
   const Section *to = section_of_reference(f->type);
-  const Names *names = f->type == FIELD_texture ? c->textures : c->materials;
-  const int32_t i = names ? names_find(names, name, strlen(name)) : section_index(c->scene, to, name);
-  if (i < 0) return reference_fail(c, to, name, err);
+  const int32_t i = section_index(s, to, name);
+  if (i < 0) return reference_fail(s, to, name, err);
   *at = i;
   return true;
 }
 
-bool value_read(const ValueContext *c, const Field *f, const Json *v, void *at, int *item, Err *err)
+bool value_read(Scene *s, const Field *f, const Json *v, void *at, int *item, Err *err)
 {
   double x[2];
   *item = -1;
@@ -302,10 +301,10 @@ bool value_read(const ValueContext *c, const Field *f, const Json *v, void *at, 
   case FIELD_vec3: return read_three(f, v, at, item, err);
   case FIELD_matrix: return read_matrix(f, v, at, item, err);
   case FIELD_text:
-  case FIELD_file: return read_text(c, f, v, at, err);
+  case FIELD_file: return read_text(s, f, v, at, err);
   case FIELD_choice: return read_choice(f, v, at, err);
   case FIELD_texture:
-  case FIELD_material: return read_reference(c, f, v, at, err);
+  case FIELD_material: return read_reference(s, f, v, at, err);
   }
   unreachable();
 }

@@ -6,18 +6,12 @@
 
 #include "scene/json.h"
 #include "scene/kinds.h"
-#include "scene/names.h"
 
 enum { LONGEST_TEXT = 4096 }; // bytes of a text, name or file name in a scene
 
-// Where references are looked up and texts are kept.
-typedef struct ValueContext {
-  Scene *scene;
-  const Names *textures, *materials; // name -> index; NULL: the scene is searched
-} ValueContext;
-
-// Reads v into the field at `at`, which stays as it was on failure. *item is then the list item at fault, or -1.
-bool value_read(const ValueContext *c, const Field *f, const Json *v, void *at, int *item, Err *err);
+// Reads v into the field at `at`, which stays as it was on failure. References are looked up in the scene, texts kept
+// in its arena. *item is the list item at fault on failure, or -1.
+bool value_read(Scene *s, const Field *f, const Json *v, void *at, int *item, Err *err);
 
 // Appends the field's value as compact JSON. A number that is not finite comes out as null and sets *is_finite to
 // false (may be NULL).
