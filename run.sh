@@ -14,7 +14,7 @@ quietly() { # what for, command...: what it prints is shown only if it fails
   echo "run: $what failed; all of it is in $build/run.log" >&2
   exit 1
 }
-mkdir -p "$build"
+mkdir -p "$build" || { echo "run: RAYFOLD_BUILD=DIR ./run.sh builds in another folder" >&2; exit 1; }
 if [ ! -e "$build/build.ninja" ]; then
   echo "run: building in $build, about half a minute the first time" >&2
   quietly configuring cmake -S "$top" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DRAYFOLD_TESTS=OFF

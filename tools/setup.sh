@@ -26,7 +26,7 @@ go_without() { # why
     echo "setup: $1; going on without$lacking" >&2
     exit 0
   fi
-  echo "setup: $1; please have root run: apt-get install$lacking" >&2
+  echo "setup: $1; as root, run: apt-get install$lacking" >&2
   exit 1
 }
 

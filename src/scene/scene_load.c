@@ -153,6 +153,7 @@ Scene *scene_load(const char *path, const LoadOptions *options, Err *err)
   s->path = arena_text(&s->arena, path);
   s->root = arena_text(&s->arena, inner.root);
   s->allow_outside = inner.allow_outside;
+  s->is_model = format->import != import_json;
   Err first = {0};
   if (!s->path || (inner.root && !s->root)) {
     err_memory(err, path, 0);
