@@ -54,6 +54,15 @@ TEST(array_grows_and_reports_failure)
   array_finish(&a);
 }
 
+TEST(messages_do_not_command_a_terminal)
+{
+  Err err = {0};
+  err_set(&err, ERR_BAD_SCENE, "%s", "a\033[31mb\177\007\302\233c\303\266 \342\200\246\nd");
+  CHECK(!strcmp(err.text, "a?[31mb????c\303\266 \342\200\246\nd"));
+  err_where(&err, "%s", "x\033y");
+  CHECK(!strncmp(err.text, "x?y: a?", 7));
+}
+
 TEST(text_suggests_the_nearest_name)
 {
   const char *names[] = {"glass", "gold", "roughness"};
