@@ -22,7 +22,8 @@ elif [ /var/lib/dpkg/status -nt "$build/build.ninja" ]; then
   # Packages that came since then may hold an optional library.
   quietly configuring cmake "$build"
 fi
-quietly building cmake --build "$build" --target rayfold_program
+# The library and the pages, too, so that `cmake --install` finds what it needs.
+quietly building cmake --build "$build" --target rayfold_program rayfold_shared rayfold_static rayfold_pages
 
 [ $# -gt 0 ] && exec "$build/rayfold" "$@"
 "$build/rayfold" render "$top/scenes/showcase.json" -o showcase.png
