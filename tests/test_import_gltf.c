@@ -908,6 +908,24 @@ static size_t build_rich(uint8_t *out)
   return build_glb(out, json, &b);
 }
 
+TEST(zeros_may_fill_the_json_chunk)
+{
+  uint8_t file[8000];
+  const size_t size = build_rich(file);
+  uint32_t json_size;
+  memcpy(&json_size, file + 12, 4);
+  size_t end = 20 + json_size;
+  while (file[end - 1] == ' ') file[--end] = 0;
+  CHECK(end < 20 + json_size);
+  Err err;
+  Scene *s = load_bytes(file, size, &err);
+  CHECK_MSG(s && s->objects.count == 6, "%s", err.text);
+  scene_destroy(s);
+  file[40] = 0; // but nothing else
+  CHECK(!load_bytes(file, size, &err));
+  CHECK_TEXT(err.text, "zero byte");
+}
+
 TEST(truncated_anywhere)
 {
   uint8_t file[8000];
