@@ -114,6 +114,18 @@ TEST(file_appears_whole_or_not_at_all)
   unlink(path);
 }
 
+TEST(a_replaced_file_stays_as_private_as_it_was)
+{
+  const char *path = temp_path("private");
+  Err e = {0};
+  struct stat st;
+  const mode_t mask = umask(022);
+  CHECK(file_write_whole(path, "1", 1, &e) && !stat(path, &st) && (st.st_mode & 0777) == 0644);
+  CHECK(!chmod(path, 0600) && file_write_whole(path, "2", 1, &e) && !stat(path, &st) && (st.st_mode & 0777) == 0600);
+  umask(mask);
+  unlink(path);
+}
+
 TEST(a_full_disk_leaves_the_old_file)
 {
   const char *path = temp_path("full");
