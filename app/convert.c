@@ -3,6 +3,7 @@
 #include "commands.h"
 #include "library.h"
 #include "output.h"
+#include "stage.h"
 
 #include <string.h>
 
@@ -41,11 +42,27 @@ static const Option convert_options[] = {
     {0},
 };
 
+// A model made into a scene is there to be edited, and shows what rendering the model itself shows.
+static ExitCode add_stage(rf_engine *engine, rf_scene *scene, const char *in, bool is_quiet)
+{
+  if (!stage_is_wanted(engine, scene)) return EXIT_DONE;
+  stage_turn(engine, scene, in, is_quiet);
+  int width, height;
+  rf_scene_render_def(scene, &width, &height);
+  rf_world *world = rf_prepare(scene, NULL);
+  const ExitCode code =
+      world ? stage_build(engine, scene, world, (float)width / (float)height) : fail_library(engine);
+  rf_world_destroy(world);
+  return code;
+}
+
 static ExitCode convert_scene(rf_engine *engine, const char *in, const char *out, const Args *args)
 {
   rf_scene *scene = NULL;
+  const bool is_quiet = args_has(args, "quiet");
   ExitCode code = scene_open(&scene, engine, in, args_has(args, "allow-outside"));
-  if (!code && !args_has(args, "quiet")) say_notes(scene);
+  if (!code && !is_quiet) say_notes(scene);
+  if (!code && output_is_any(out, ".json")) code = add_stage(engine, scene, in, is_quiet);
   if (!code && !rf_scene_save(scene, out)) code = fail_library(engine);
   rf_scene_destroy(scene);
   return code;
@@ -98,8 +115,9 @@ const Command command_convert = {
     .operand_kind = OPERAND_FILE,
     .usage = "[OPTION]...",
     .text = "A scene or model (.json .obj .gltf .glb .ply .stl) becomes .json (with its meshes in files "
-            "beside it), or "
-            "one mesh in .ply, .obj or .stl. A picture becomes .png, .jpg, .webp, .exr, .hdr or .pfm.",
+            "beside it, "
+            "and camera and light if it has none), or one mesh in .ply, .obj or .stl. A picture becomes "
+            ".png, .jpg, .webp, .exr, .hdr or .pfm.",
     .example = "rayfold convert bunny.glb bunny.ply",
     .options = convert_options,
     .run = run_convert,

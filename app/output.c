@@ -49,6 +49,8 @@ ExitCode output_check(const char *path)
     return fail(EXIT_NO_OUTPUT, "%s is not a file that could be written over; choose another name", path);
   memcpy(folder, path, strlen(path) + 1);
   const char *name = dirname(folder);
+  if (stat(name, &st) && errno == ENOENT)
+    return fail(EXIT_NO_OUTPUT, "%s: there is no folder %s; create it first", path, name);
   if (stat(name, &st)) return fail(EXIT_NO_OUTPUT, "%s: the folder %s: %s", path, name, strerror(errno));
   if (!S_ISDIR(st.st_mode)) return fail(EXIT_NO_OUTPUT, "%s: %s is not a folder", path, name);
   if (access(name, W_OK | X_OK))

@@ -9,6 +9,7 @@
 #include "progress.h"
 #include "settings.h"
 #include "signals.h"
+#include "stage.h"
 #include "stats.h"
 
 #include <inttypes.h>
@@ -150,6 +151,7 @@ typedef struct Range {
 typedef struct Render { // all that one run owns
   const Args *args;
   bool is_quiet;
+  bool is_bare; // a model that brings neither camera nor light
   Progress progress;
   rf_engine *engine;
   rf_scene *scene;
@@ -333,7 +335,7 @@ static ExitCode rehearse_settings(Render *r)
 {
   rf_scene *empty = rf_scene_create(r->engine);
   if (!empty) return fail_library(r->engine);
-  ExitCode code = settings_apply(r->args, r->engine, empty, false);
+  ExitCode code = settings_apply(r->args, r->engine, empty, SETTINGS_PLAIN);
   for (size_t i = 0; !code && i < r->range_count; i++) {
     char samples[24];
     snprintf(samples, sizeof samples, "%d", r->ranges[i].end);
@@ -367,7 +369,9 @@ static ExitCode load(Render *r)
   // A named camera needs no world: a wrong name is found before the work of preparing one.
   if (camera && !rf_camera(r->scene, NULL, camera, 1, &r->eye))
     return fail_usage(r->engine, "--camera %s", camera);
-  code = settings_apply(r->args, r->engine, r->scene, true);
+  r->is_bare = stage_is_wanted(r->engine, r->scene);
+  if (r->is_bare) stage_turn(r->engine, r->scene, path, r->is_quiet);
+  code = settings_apply(r->args, r->engine, r->scene, r->is_bare ? SETTINGS_BEFORE_STAGE : SETTINGS_ALL);
   return code ? code : develop_view_as_it_is(r);
 }
 
@@ -383,6 +387,18 @@ static void plan_samples(Render *r)
   for (size_t i = 0; i < r->range_count; i++) r->samples_wanted += r->ranges[i].end - r->ranges[i].first;
 }
 
+// A bare model must be prepared to be measured; its stage then makes the next world, which shares its trees.
+static ExitCode prepare_stage(Render *r, float aspect)
+{
+  rf_world *model = r->world;
+  ExitCode code = stage_build(r->engine, r->scene, model, aspect);
+  if (!code) code = settings_apply(r->args, r->engine, r->scene, SETTINGS_OF_STAGE);
+  if (code) return code;
+  r->world = rf_prepare(r->scene, model);
+  rf_world_destroy(model);
+  return r->world ? EXIT_DONE : fail_library(r->engine);
+}
+
 static ExitCode prepare(Render *r)
 {
   const char *camera = args_text(r->args, "camera");
@@ -391,10 +407,12 @@ static ExitCode prepare(Render *r)
   r->world = rf_prepare(r->scene, NULL);
   progress_clear(&r->progress);
   if (!r->world) return fail_library(r->engine);
-  r->stats.prepare = seconds_now() - start;
-  r->stats.world = rf_world_take_stats(r->world);
   plan_samples(r);
   const float aspect = (float)r->stats.width / (float)r->stats.height;
+  const ExitCode code = r->is_bare ? prepare_stage(r, aspect) : EXIT_DONE;
+  if (code) return code;
+  r->stats.prepare = seconds_now() - start;
+  r->stats.world = rf_world_take_stats(r->world);
   if (!rf_camera(r->scene, r->world, camera, aspect, &r->eye)) return fail_library(r->engine);
   return EXIT_DONE;
 }
@@ -590,8 +608,10 @@ const Command command_render = {
     .operand_kind = OPERAND_FILE,
     .usage = "-o OUT [--size WxH] [--spp N | --time S | --noise X] [OPTION]...",
     .text =
-        "SCENE is a scene file (.json) or a bare model (.obj .gltf .glb .ply .stl), which gets a camera that "
-        "shows all of it and a sky.\n"
+        "SCENE is a scene file (.json) or a model (.obj .gltf .glb .ply .stl). A model that brings neither "
+        "camera nor light is put on a floor (objects.stage_floor) between two lamps (lights.stage_key and "
+        "lights.stage_rim) before a camera that shows all of it; --set changes these, too, and "
+        "--set objects.stage_floor=null takes the floor away.\n"
         "Files appear whole or not at all. Ctrl-C (or SIGTERM) finishes the pass, saves what there is and "
         "exits "
         "with 75; a second one stops at once.",

@@ -74,8 +74,18 @@ ExitCode fail_usage(rf_engine *engine, const char *format, ...)
   return status == RF_NO_MEMORY ? EXIT_INTERNAL : EXIT_USAGE;
 }
 
+void say_note(const char *format, ...)
+{
+  va_list args;
+  va_start(args, format);
+  fputs("note: ", stderr);
+  vfprintf(stderr, format, args);
+  fputc('\n', stderr);
+  va_end(args);
+}
+
 void say_notes(const rf_scene *scene)
 {
   const char *line;
-  for (size_t i = 0; (line = rf_scene_note(scene, i)); i++) fprintf(stderr, "note: %s\n", line);
+  for (size_t i = 0; (line = rf_scene_note(scene, i)); i++) say_note("%s", line);
 }

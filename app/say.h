@@ -34,6 +34,9 @@ ExitCode fail_library(rf_engine *engine);
 // The library's last error where the user's words are to blame: always EXIT_USAGE, with those words in front.
 ExitCode fail_usage(rf_engine *engine, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+// "note: " and what; not an error.
+void say_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
 // What the loader ignored or repaired.
 void say_notes(const rf_scene *scene);
 

@@ -2,6 +2,8 @@
 
 #include "settings.h"
 
+#include "stage.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,16 +37,33 @@ static ExitCode set_any(rf_engine *engine, rf_scene *scene, const char *value)
   return ok ? EXIT_DONE : fail_usage(engine, "--set %s", value);
 }
 
-ExitCode settings_apply(const Args *args, rf_engine *engine, rf_scene *scene, bool with_set)
+static bool is_set(const Given *g)
+{
+  return !strcmp(g->option->name, "set");
+}
+
+static bool is_in(const Given *g, SettingsPart part)
+{
+  switch (part) {
+  case SETTINGS_PLAIN: return !is_set(g);
+  case SETTINGS_ALL: return true;
+  case SETTINGS_BEFORE_STAGE: return !is_set(g) || !stage_owns(g->value);
+  case SETTINGS_OF_STAGE: return is_set(g) && stage_owns(g->value);
+  }
+  return false;
+}
+
+ExitCode settings_apply(const Args *args, rf_engine *engine, rf_scene *scene, SettingsPart part)
 {
   for (size_t i = 0; i < args->given_count; i++) {
     const Given *g = &args->given[i];
     ExitCode code = EXIT_DONE;
+    if (!is_in(g, part)) continue;
     if (!strcmp(g->option->name, "size"))
       code = set_size(engine, scene, g->value);
     else if (g->option->path)
       code = set_field(engine, scene, g);
-    else if (with_set && !strcmp(g->option->name, "set"))
+    else if (is_set(g))
       code = set_any(engine, scene, g->value);
     if (code) return code;
   }

@@ -6,9 +6,15 @@
 
 #include "options.h"
 
-// In the order of the command line, so that the last of two settings of one field holds. Without --set, which
-// speaks of things in a scene, all can be tried on an empty one.
-ExitCode settings_apply(const Args *args, rf_engine *engine, rf_scene *scene, bool with_set);
+typedef enum SettingsPart {
+  SETTINGS_PLAIN,        // all but --set, which speaks of things in a scene: can be tried on an empty one
+  SETTINGS_ALL,
+  SETTINGS_BEFORE_STAGE, // all but what the stage of a bare model owns
+  SETTINGS_OF_STAGE,     // only that
+} SettingsPart;
+
+// In the order of the command line, so that the last of two settings of one field holds.
+ExitCode settings_apply(const Args *args, rf_engine *engine, rf_scene *scene, SettingsPart part);
 
 // Only what --set says of one section, as "develop" and "develop.exposure", once more: for a section that was put
 // aside. Sections whose edits add or remove things do not stand a second time.

@@ -287,7 +287,22 @@ expect 0 '' convert copy.stl copy.json
 expect 0 '' validate copy.json --quiet
 expect 64 'rayfold render' convert good.ply a.png
 expect 64 'scene or model' convert whole.png a.obj
+
+# A model without camera and light is put on a stage, each part of which is open to --set.
 expect 0 '' render good.ply -o bare.png $small
+tiny="--size 32x18 --spp 2"
+staged=$(hash_of good.ply $tiny)
+for change in objects.stage_floor=null lights.stage_key=null sky.gain=2 camera.fov=20 objects.good.rotate=[0,0,90] \
+  render.transparent=true; do
+  checks=$((checks + 1))
+  [ "$(hash_of good.ply $tiny --set "$change")" != "$staged" ] || failed "--set $change changes nothing"
+done
+expect 0 '' convert good.ply staged.json
+same "$(hash_of staged.json $tiny)" "$staged" "the hash of a model made into a scene"
+has '"stage_key"' staged.json
+expect 64 'no such thing' render good.ply -o a.png --set objects.stage_flor=null
+expect 0 '' convert good.ply good.stl
+expect 0 'z up' render good.stl -o bare.png --size 24x16 --spp 2
 expect 0 'note\|progress\|spp' render cornell.json -o quiet.png --size 24x16 --spp 2
 has '^quiet.png: 24x16, 2 spp, .* Mrays/s$' err
 has '^progress [01]\.[0-9][0-9] eta [0-9]*$' err
@@ -353,7 +368,8 @@ has 'nothing was saved' err
 same "$(ls | grep -c stopped)" 0 "files after the second SIGINT"
 
 # --- on a terminal ---------------------------------------------------------------------------------
-if command -v script >/dev/null; then
+# A bare container may have no pseudo-terminals to give.
+if command -v script >/dev/null && script -qec true /dev/null </dev/null >/dev/null 2>&1; then
   SHELL=/bin/sh script -qec "stty cols 60; TERM=xterm NO_COLOR=1 LC_ALL=C '$rayfold' render cornell.json -o t.png --size 64x64 --time 1" \
     /dev/null </dev/null >out 2>err
   has 'spp' out

@@ -82,6 +82,15 @@ TEST(a_table_finds_all_values_of_a_key)
   table_finish(&t);
 }
 
+TEST(messages_do_not_command_a_terminal)
+{
+  Err err = {0};
+  err_set(&err, ERR_BAD_SCENE, "%s", "a\033[31mb\177\007\302\233c\303\266 \342\200\246\nd");
+  CHECK(!strcmp(err.text, "a?[31mb????c\303\266 \342\200\246\nd"));
+  err_where(&err, "%s", "x\033y");
+  CHECK(!strncmp(err.text, "x?y: a?", 7));
+}
+
 TEST(text_suggests_the_nearest_name)
 {
   const char *names[] = {"glass", "gold", "roughness"};
@@ -130,6 +139,18 @@ TEST(file_appears_whole_or_not_at_all)
   file_finish(&f); // never committed
   CHECK(file_has(path, "old"));
   CHECK(file_write_whole(path, "new!", 4, &e) && file_has(path, "new!"));
+  unlink(path);
+}
+
+TEST(a_replaced_file_stays_as_private_as_it_was)
+{
+  const char *path = temp_path("private");
+  Err e = {0};
+  struct stat st;
+  const mode_t mask = umask(022);
+  CHECK(file_write_whole(path, "1", 1, &e) && !stat(path, &st) && (st.st_mode & 0777) == 0644);
+  CHECK(!chmod(path, 0600) && file_write_whole(path, "2", 1, &e) && !stat(path, &st) && (st.st_mode & 0777) == 0600);
+  umask(mask);
   unlink(path);
 }
 

@@ -694,7 +694,7 @@ TEST(huge_promises_are_refused_at_once)
   CHECK(!read_exactly((const uint8_t *)empty, sizeof empty - 1, &err));
   CHECK_TEXT(err.text, "the picture is empty");
   CHECK(!read_exactly((const uint8_t *)large_hdr, sizeof large_hdr - 1, &err));
-  CHECK_TEXT(err.text, "bytes in all");
+  CHECK_TEXT(err.text, "MB in all");
   CHECK(!read_exactly((const uint8_t *)thin_hdr, sizeof thin_hdr - 1, &err));
   CHECK_TEXT(err.text, "too few bytes");
   CHECK(seconds() - start < 1);

@@ -297,7 +297,7 @@ TEST(broken_numbers_cost_triangles_not_the_model)
   CHECK(only_mesh(s)->triangle_count == 1 && s->notes.lines.count == 1);
   scene_destroy(s);
   memcpy(b.data, &(float){INFINITY}, 4); // vertex 0, so nothing is left
-  must_fail("{" QUAD "," ONE "}", &b, "holds no triangles");
+  must_fail("{" QUAD "," ONE "}", &b, "not finite numbers");
 }
 
 TEST(zero_normals_take_the_face_s)
@@ -937,6 +937,24 @@ static size_t build_rich(uint8_t *out)
   for (char *p = json; *p; p++)
     if (*p == '\'') *p = '"';
   return build_glb(out, json, &b);
+}
+
+TEST(zeros_may_fill_the_json_chunk)
+{
+  uint8_t file[8000];
+  const size_t size = build_rich(file);
+  uint32_t json_size;
+  memcpy(&json_size, file + 12, 4);
+  size_t end = 20 + json_size;
+  while (file[end - 1] == ' ') file[--end] = 0;
+  CHECK(end < 20 + json_size);
+  Err err;
+  Scene *s = load_bytes(file, size, &err);
+  CHECK_MSG(s && s->objects.count == 6, "%s", err.text);
+  scene_destroy(s);
+  file[40] = 0; // but nothing else
+  CHECK(!load_bytes(file, size, &err));
+  CHECK_TEXT(err.text, "zero byte");
 }
 
 TEST(truncated_anywhere)

@@ -230,6 +230,34 @@ TEST(file_names_lead_to_the_same_files)
   check_moved("a/x.json", "/data/sky.exr", "y.json", "/data/sky.exr");
 }
 
+// A scene may not read outside its folder, so what it shows must not stay there.
+TEST(pictures_come_along_to_another_folder)
+{
+  Err err = {0};
+  Scene *s = scene_create(NULL), *t;
+  CHECK(!mkdir(sample_path("from"), 0777) && !mkdir(sample_path("to"), 0777));
+  sample_write("from/wood.png", "\x89PNG", 5);
+  s->path = sample_path("from/model.obj");
+  const int32_t texture_i = scene_add_texture(s, TEXTURE_IMAGE, "wood");
+  s->textures.items[texture_i].image.file = "wood.png";
+  s->sky.kind = SKY_IMAGE;
+  s->sky.image = (SkyImage){.file = "wood.png", .gain = 1};
+  s->has_sky = true;
+  check_save(s, sample_path("to/model.json"));
+  t = load(sample_path("to/model.json"));
+  if (t) {
+    CHECK_MSG(scene_check_files(t, &err), "%s", err.text);
+    CHECK_TEXT(t->textures.items[0].image.file, "model.data/wood-");
+    CHECK_TEXT(t->sky.image.file, "model.data/sky-");
+  }
+  check_save(s, sample_path("beside.json")); // below its folder they may stay where they are
+  scene_destroy(t);
+  t = load(sample_path("beside.json"));
+  if (t) CHECK(!strcmp(t->textures.items[0].image.file, "from/wood.png"));
+  scene_destroy(s);
+  scene_destroy(t);
+}
+
 TEST(the_sample_is_saved_as_it_is_written)
 {
   Err err;

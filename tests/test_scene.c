@@ -601,6 +601,17 @@ TEST(formats_are_told_by_content)
   CHECK_TEXT(err.text, "its content looks like a binary glTF model; rename it to end in .glb");
   err = (Err){0};
   CHECK(!scene_load(sample_write("empty.xyz", "", 0), NULL, &err) && err.kind == ERR_BAD_SCENE);
+  static const char *const extensions[] = {"json", "obj", "gltf", "glb", "ply", "stl"};
+  for (size_t i = 0; i < sizeof extensions / sizeof *extensions; i++) {
+    char name[16];
+    snprintf(name, sizeof name, "empty.%s", extensions[i]);
+    err = (Err){0};
+    CHECK(!scene_load(sample_write(name, "", 0), NULL, &err));
+    CHECK_TEXT(err.text, "the file is empty");
+    err = (Err){0};
+    CHECK(!scene_load(sample_write(name, "\xff\xfev\0 \0", 6), NULL, &err));
+    CHECK_TEXT(err.text, "UTF-16");
+  }
 }
 
 TEST(named_files_are_checked_on_demand)

@@ -149,6 +149,53 @@ TEST(errors_name_the_thing)
   scene_destroy(s);
 }
 
+// Where a camera of fov 30 sees p: the picture's edges are at -1 and 1.
+static void project(const Camera *c, float aspect, Vec3 p, double out[2])
+{
+  const Vec3 eye = v3_load(c->common.position), back = v3_normalize(eye - v3_load(c->common.target));
+  const Vec3 right = v3_normalize(v3_cross(v3_load(c->common.up), back)), up = v3_cross(back, right);
+  const double depth = v3_dot(eye - p, back), tangent = tan(15 * 3.14159265358979323846 / 180);
+  out[0] = v3_dot(p - eye, right) / (depth * tangent * aspect);
+  out[1] = v3_dot(p - eye, up) / (depth * tangent);
+}
+
+// All of the scene is inside the picture, with the same small margin on two opposite sides at least.
+TEST(the_camera_of_a_bare_model_just_sees_all_of_it)
+{
+  static const float turns[][3] = {{0, 0, 0}, {35, 80, -20}, {90, 0, 0}, {-60, 10, 130}};
+  static const float aspects[] = {1, 16 / 9.0f, 0.5f, 3};
+  for (size_t k = 0; k < 16; k++) {
+    Err err = {0};
+    Scene *s = scene_create(&err);
+    for (int i = 0; i < 2; i++) {
+      const int32_t object_i = add_square(s, -1);
+      ObjectCommon *o = &s->objects.items[object_i].common;
+      memcpy(o->rotate, turns[k / 4], sizeof o->rotate);
+      o->translate[0] = 500 + 2 * (float)i;
+      o->scale[1] = 0.3f;
+    }
+    World *w = world_prepare(s, NULL, NULL, NULL, NULL, &err);
+    const Camera c = world_frame_camera(w, aspects[k % 4]);
+    double most[4] = {-9, -9, -9, -9}; // right, left, up, down
+    for (size_t i = 0; i < w->instance_count; i++)
+      for (size_t v = 0; v < 4; v++) {
+        const Frame *f = &accel_instances(w->accel)[i].world_from_object;
+        double at[2];
+        project(&c, aspects[k % 4], frame_point(f, v3_load(w->instances[i].mesh.positions + 3 * v)), at);
+        for (int a = 0; a < 2; a++) {
+          most[2 * a] = fmax(most[2 * a], at[a]);
+          most[2 * a + 1] = fmax(most[2 * a + 1], -at[a]);
+        }
+      }
+    for (int a = 0; a < 4; a++) CHECK_MSG(most[a] <= 1 / 1.2 + 1e-3, "%zu: %g", k, most[a]);
+    const bool fills_width = most[0] > 1 / 1.2 - 1e-3 && most[1] > 1 / 1.2 - 1e-3;
+    const bool fills_height = most[2] > 1 / 1.2 - 1e-3 && most[3] > 1 / 1.2 - 1e-3;
+    CHECK_MSG(fills_width || fills_height, "%zu: %g %g %g %g", k, most[0], most[1], most[2], most[3]);
+    world_release(w);
+    scene_destroy(s);
+  }
+}
+
 TEST(cancel_is_an_error)
 {
   Err err = {0};

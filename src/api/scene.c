@@ -37,22 +37,30 @@ rf_scene *rf_scene_create(rf_engine *e)
   return wrap(e, scene, NULL);
 }
 
-// A model that brings no light gets a bright sky and a soft sun, so that opening it shows something.
+// Shining on its own: a model with lamps in it is meant to be seen by their light. A glowing texture is a detail.
+static bool has_lamps(const Scene *s)
+{
+  for (size_t i = 0; i < s->materials.count; i++) {
+    const Material *m = &s->materials.items[i];
+    if (m->kind != MATERIAL_PBR || m->pbr.emissive_texture >= 0 || m->pbr.emissive_strength <= 0) continue;
+    if (m->pbr.emissive[0] > 0 || m->pbr.emissive[1] > 0 || m->pbr.emissive[2] > 0) return true;
+  }
+  return false;
+}
+
+// A model that brings no light gets a bright sky and a soft sun, so that opening it shows something. The sun stands
+// to the side of where rf_camera() puts the eye: light from behind the eye shows no form.
 static bool light_model(Scene *s, Err *err)
 {
-  if (s->has_sky || (s->path && text_ends(s->path, ".json"))) return true;
+  if (!s->is_model || s->has_sky) return true;
   group_default(&group_sky, SKY_GRADIENT, &s->sky);
   s->has_sky = true;
   s->sky.gradient.gain = 0.3f; // with the sun below, a white matt surface comes out just under white
-  for (size_t i = 0; i < s->materials.count; i++) {
-    const Material *m = &s->materials.items[i];
-    if (m->kind == MATERIAL_PBR && (m->pbr.emissive[0] > 0 || m->pbr.emissive[1] > 0)) return true;
-  }
-  if (s->lights.count) return true;
-  const int32_t i = scene_add_light(s, LIGHT_SUN, "sun");
+  if (s->lights.count || has_lamps(s)) return true;
+  const int32_t i = scene_add_light(s, LIGHT_SUN, "stage_sun");
   if (i < 0) return err_memory(err, "a light", sizeof(Light));
   LightSun *sun = &s->lights.items[i].sun;
-  memcpy(sun->direction, (float[3]){0.55f, 0.75f, 0.6f}, sizeof sun->direction);
+  memcpy(sun->direction, (float[3]){-0.6f, 0.75f, 0.55f}, sizeof sun->direction);
   memcpy(sun->irradiance, (float[3]){2.1f, 2.0f, 1.85f}, sizeof sun->irradiance);
   sun->angle = 6;
   return true;

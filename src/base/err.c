@@ -2,6 +2,8 @@
 
 #include "base/err.h"
 
+#include "base/text.h"
+
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -14,6 +16,7 @@ bool err_set(Err *err, ErrKind kind, const char *format, ...)
   va_start(args, format);
   vsnprintf(err->text, sizeof err->text, format, args);
   va_end(args);
+  text_disarm(err->text);
   return false;
 }
 
@@ -25,6 +28,7 @@ bool err_where(Err *err, const char *format, ...)
   va_start(args, format);
   vsnprintf(where, sizeof where, format, args);
   va_end(args);
+  text_disarm(where);
   size_t n = strlen(where);
   if (n + 2 >= sizeof err->text) return false;
   char joined[sizeof err->text];

@@ -110,9 +110,11 @@ bool file_begin(FileOut *f, const char *path, Err *err)
     f->temp = NULL; // nothing to remove
     goto failed;
   }
+  // As open() would have made it, or as the file that it takes the place of.
+  struct stat old;
   const mode_t mask = umask(0);
   umask(mask);
-  (void)fchmod(fd, 0666 & ~mask);
+  (void)fchmod(fd, !stat(target, &old) && S_ISREG(old.st_mode) ? old.st_mode & 0777 : 0666 & ~mask);
   f->stream = fdopen(fd, "w+b");
   if (!f->stream) {
     write_error(err, path, errno);

@@ -2,6 +2,8 @@
 
 #include "base/notes.h"
 
+#include "base/text.h"
+
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -16,6 +18,7 @@ void note_once(Notes *notes, const char *format, ...)
   va_start(args, format);
   vsnprintf(line, sizeof line, format, args);
   va_end(args);
+  text_disarm(line);
   for (size_t i = 0; i < notes->lines.count; i++)
     if (!strcmp(notes->lines.items[i], line)) return;
   const size_t size = strlen(line) + 1;

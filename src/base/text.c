@@ -115,6 +115,15 @@ const char *text_hint(char out[120], const char *name, const char *const *candid
   return out;
 }
 
+void text_disarm(char *s)
+{
+  for (unsigned char *c = (unsigned char *)s; *c; c++) {
+    const bool is_c1 = c[0] == 0xc2 && c[1] >= 0x80 && c[1] < 0xa0;
+    if (is_c1) c[1] = '?';
+    if (is_c1 || (*c < 0x20 && *c != '\n') || *c == 0x7f) *c = '?';
+  }
+}
+
 const char *path_base(const char *path)
 {
   const char *slash = strrchr(path, '/');

@@ -28,6 +28,10 @@ const char *text_nearest(const char *name, const char *const *candidates, size_t
 // "; did you mean "x"?" into out, or "" when nothing is near. Returns out.
 const char *text_hint(char out[120], const char *name, const char *const *candidates, size_t count);
 
+// Turns what a terminal would obey instead of show (control characters, C0 but \n and, in UTF-8, C1) into '?': names
+// in hostile files end up in messages.
+void text_disarm(char *s);
+
 // The path's last component, and its extension with the dot, lower case not applied ("" when there is none).
 const char *path_base(const char *path);
 const char *path_extension(const char *path);

@@ -59,10 +59,9 @@ bool image_check_size(uint64_t width, uint64_t height, uint32_t channels, PixelT
   if (is_side_fine && bytes <= IMAGE_MOST_BYTES) return true;
   return err_set(
       err, ERR_BAD_SCENE,
-      "%s: the picture is too large (%llu x %llu pixels of %u bytes); at most %d pixels a side and %zu "
-      "bytes in all are read; scale it down",
-      name, (unsigned long long)width, (unsigned long long)height, channels * (unsigned)pixel_size(type),
-      IMAGE_MOST_SIDE, IMAGE_MOST_BYTES);
+      "%s: the picture is too large (%llu x %llu pixels); at most %d pixels a side and %zu MB in all are read; "
+      "scale it down",
+      name, (unsigned long long)width, (unsigned long long)height, IMAGE_MOST_SIDE, IMAGE_MOST_BYTES >> 20);
 }
 
 bool image_create(Image *out, uint64_t width, uint64_t height, uint32_t channels, PixelType type,

@@ -61,6 +61,8 @@ static bool parse(Gltf *g)
   size_t size = 0;
   if (g->file.size >= 4 && load_u32(g->file.data) == GLB_MAGIC) {
     if (!find_chunks(g, &json, &size)) return false;
+    // Filled up to four bytes with blanks by the rules, and with zeros by some writers.
+    while (size && !json[size - 1]) size--;
   } else {
     json = g->file.data;
     size = g->file.size;

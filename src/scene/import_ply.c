@@ -57,6 +57,7 @@ typedef struct Ply {
   Property properties[MOST_PROPERTIES];
   size_t element_count, property_count;
   char *texture_file; // in the arena
+  size_t odd_line;    // of the header: the first with an unknown keyword, 0: none
 
   MeshData *mesh;
   ARRAY(uint32_t) triangles;
@@ -188,7 +189,17 @@ static bool header_line(Ply *f, const Lines *lines, const char *p, const char *e
   if (word_is(p, after, "element")) return header_element(f, lines, rest, end);
   if (word_is(p, after, "property")) return header_property(f, lines, rest, end);
   *is_last = word_is(p, after, "end_header");
-  return *is_last || lines_fail(lines, f->err, "\"%.*s\" is no line of a PLY header", SHOWN(p, after));
+  // Blender 2.4 forgot the word "comment"; such lines say nothing about the data.
+  if (!*is_last && !f->odd_line) f->odd_line = lines->number;
+  return true;
+}
+
+static bool no_header_end(const Ply *f, Lines *lines)
+{
+  if (f->odd_line) lines->number = f->odd_line;
+  return lines_fail(lines, f->err, "%s",
+                    f->odd_line ? "this is no line of a PLY header, and there is no \"end_header\" below it"
+                                : "the header has no end; is this a PLY file, and all of it?");
 }
 
 static bool read_header(Ply *f)
@@ -201,10 +212,12 @@ static bool read_header(Ply *f)
   const char *p, *end;
   bool is_last = false;
   while (!is_last) {
-    if (!lines_next(&lines, &p, &end))
-      return lines_fail(&lines, f->err, "the header has no end; is this a PLY file, and all of it?");
+    if (!lines_next(&lines, &p, &end)) return no_header_end(f, &lines);
     if (!header_line(f, &lines, p, end, &is_last)) return false;
   }
+  if (f->odd_line)
+    note_once(&f->scene->notes, "%s: line %zu of the header, and any others of unknown kind, are ignored",
+              f->path, f->odd_line);
   f->p = lines.next;
   return true;
 }

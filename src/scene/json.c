@@ -27,8 +27,13 @@ static const char *skip_space(const char *p)
   return p;
 }
 
+// One character on, but never past the end: should the text and the library's reading of it differ somewhere, a
+// message shows the wrong place, and nothing worse.
+static const char *step(const char *p) { return *p ? p + 1 : p; }
+
 static const char *skip_text(const char *p)
 {
+  if (!*p) return p;
   for (p++; *p && *p != '"'; p++)
     if (*p == '\\' && p[1]) p++;
   return *p ? p + 1 : p;
@@ -72,10 +77,10 @@ static const char *find_in_dict(const char *p, const json_t *v, Place *place)
 {
   const char *key;
   json_t *member;
-  p = skip_space(p + 1);
+  p = skip_space(step(p));
   json_object_foreach((json_t *)(size_t)v, key, member) {
     const char *key_at = p;
-    const char *value_at = skip_space(skip_space(skip_text(p)) + 1);
+    const char *value_at = skip_space(step(skip_space(skip_text(p))));
     if (place->container == v && place->key && !strcmp(place->key, key)) {
       place->found = place->at_key ? key_at : value_at;
       return NULL;
@@ -85,12 +90,12 @@ static const char *find_in_dict(const char *p, const json_t *v, Place *place)
     p = skip_space(p);
     if (*p == ',') p = skip_space(p + 1);
   }
-  return p + 1;
+  return step(p);
 }
 
 static const char *find_in_list(const char *p, const json_t *v, Place *place)
 {
-  p = skip_space(p + 1);
+  p = skip_space(step(p));
   for (size_t i = 0; i < json_array_size(v); i++) {
     if (place->container == v && !place->key && place->index == i) {
       place->found = p;
@@ -101,7 +106,7 @@ static const char *find_in_list(const char *p, const json_t *v, Place *place)
     p = skip_space(p);
     if (*p == ',') p = skip_space(p + 1);
   }
-  return p + 1;
+  return step(p);
 }
 
 static const char *find_place(const char *p, const json_t *v, Place *place)
@@ -176,6 +181,13 @@ JsonDoc *js_parse(const char *text, size_t size, const char *name, Err *err)
   doc->text[size] = 0;
   doc->size = size;
   memcpy(doc->name, name, name_size);
+  // The library takes a zero byte after a number for a blank; everything here, for the end.
+  const char *zero = memchr(doc->text, 0, size);
+  if (zero) {
+    fail_at(doc->text, size, name, zero, err, "this is not valid JSON: there is a zero byte in it");
+    js_free(doc);
+    return NULL;
+  }
   json_error_t error = {0};
   doc->root = json_loadb(doc->text, size, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, &error);
   if (doc->root) return doc;

@@ -78,8 +78,12 @@ bool mesh_data_check(MeshData *m, const char *name, Notes *notes, Err *err)
     if (m->triangles[i] >= m->vertex_count)
       return err_set(err, ERR_BAD_SCENE, "%s: triangle %zu names vertex %u, but there are only %zu", name, i / 3,
                      m->triangles[i], m->vertex_count);
+  const bool had_triangles = m->triangle_count;
   drop_broken_triangles(m, name, notes);
-  if (!m->triangle_count) return err_set(err, ERR_BAD_SCENE, "%s: holds no triangles", name);
+  if (!m->triangle_count)
+    return err_set(err, ERR_BAD_SCENE, "%s: %s", name,
+                   had_triangles ? "all its triangles have vertices that are not finite numbers"
+                                 : "holds no triangles");
   drop_if_not_finite(&m->normals, 3 * m->vertex_count, "normals", name, notes);
   drop_if_not_finite(&m->texcoords[0], 2 * m->vertex_count, "texture coordinates", name, notes);
   drop_if_not_finite(&m->texcoords[1], 2 * m->vertex_count, "texture coordinates", name, notes);

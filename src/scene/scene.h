@@ -359,6 +359,7 @@ struct Scene {
   RenderSettings render;
   DevelopSettings develop;
   Sky sky;
+  bool is_model;       // of a format that describes things, not pictures: no scene file
   bool has_sky, has_camera; // given, not defaulted
   Camera camera;
   ARRAY(Camera) cameras;

@@ -24,12 +24,9 @@ typedef struct Format {
 } Format;
 
 static const Format formats[] = {
-    {".json", "a scene file", import_json},
-    {".obj", "a Wavefront OBJ model", import_obj},
-    {".gltf", "a glTF model", import_gltf},
-    {".glb", "a binary glTF model", import_gltf},
-    {".ply", "a PLY model", import_ply},
-    {".stl", "an STL model", import_stl},
+    {".json", "a scene file", import_json}, {".obj", "a Wavefront OBJ model", import_obj},
+    {".gltf", "a glTF model", import_gltf}, {".glb", "a binary glTF model", import_gltf},
+    {".ply", "a PLY model", import_ply},    {".stl", "an STL model", import_stl},
 };
 enum { FORMAT_COUNT = sizeof formats / sizeof *formats };
 
@@ -76,17 +73,26 @@ static const Format *by_content(const char *path, Err *err)
   return found;
 }
 
-// A file whose content is clearly of another format than its name says: better than that format's syntax error.
-static void explain_extension(const char *path, const Format *taken, Err *err)
+// What can be said about a file that its reader did not understand: better than that format's syntax error.
+static bool explain_content(const char *path, const FileBytes *file, const Format *taken, Err *err)
 {
-  if (!err || err->kind != ERR_BAD_SCENE) return;
-  Err ignored = {0};
-  const Format *real = by_content(path, &ignored);
-  if (!real || real->import == taken->import) return;
-  *err = (Err){0};
-  err_set(err, ERR_BAD_SCENE,
-          "%s: the name says it is %s, but its content looks like %s; rename it to end in %s", path,
-          taken->noun, real->noun, real->extension);
+  if (!file->size) return err_set(err, ERR_BAD_SCENE, "%s: the file is empty; save or export it again", path);
+  if (file->size >= 2 && (!memcmp(file->data, "\xfe\xff", 2) || !memcmp(file->data, "\xff\xfe", 2)))
+    return err_set(err, ERR_BAD_SCENE, "%s: the text is in UTF-16; save it as UTF-8", path);
+  const Format *real = by_extension(guess_extension(file->data, file->size));
+  return !real || real->import == taken->import ||
+         err_set(err, ERR_BAD_SCENE,
+                 "%s: the name says it is %s, but its content looks like %s; rename it to end in %s", path,
+                 taken->noun, real->noun, real->extension);
+}
+
+static void explain(const char *path, const Format *taken, Err *err)
+{
+  FileBytes file;
+  Err better = {0};
+  if (!err || err->kind != ERR_BAD_SCENE || !file_read(&file, path, NULL)) return;
+  if (!explain_content(path, &file, taken, &better)) *err = better;
+  file_release(&file);
 }
 
 static const Format *choose(const char *path, Err *err)
@@ -153,13 +159,14 @@ Scene *scene_load(const char *path, const LoadOptions *options, Err *err)
   s->path = arena_text(&s->arena, path);
   s->root = arena_text(&s->arena, inner.root);
   s->allow_outside = inner.allow_outside;
+  s->is_model = format->import != import_json;
   Err first = {0};
   if (!s->path || (inner.root && !s->root)) {
     err_memory(err, path, 0);
   } else if (format->import(s, path, &inner, &first)) {
     return s;
   } else {
-    explain_extension(path, format, &first);
+    explain(path, format, &first);
     err_set(err, first.kind, "%s", first.text);
   }
   scene_destroy(s);

@@ -1,7 +1,8 @@
 // Saves a scene where it can be loaded again: a copy of it is made whose meshes and embedded pictures are files or
 // short lists, and whose file names are relative to the new place; then that copy is written. Files beside the scene
 // are named after their content, so that saving never overwrites a file with another's data, and saving again writes
-// the same names. What the forms cannot hold is left out: tangents and a mesh's second texture coordinates.
+// the same names. Pictures that would be left outside the new folder are copied there. What the forms cannot hold is
+// left out: tangents and a mesh's second texture coordinates.
 
 #include "base/file.h"
 #include "base/hash.h"
@@ -215,6 +216,36 @@ static bool save_picture(Saver *s, Texture *t)
   return t->image.file;
 }
 
+// A picture that would lie outside the new scene's folder, from where it may not be read, comes along. One that cannot
+// be read stays a name: rendering says what is wrong with it.
+static bool bring_picture(Saver *s, const char *name, const char *from, const char **file)
+{
+  if (!from || !*file || strncmp(*file, "../", 3) || text_equal(from, *file)) return true;
+  Text old = {0}, path = {0};
+  FileBytes bytes;
+  text_add(&old, "%s/%s", text_get(&s->folder), *file);
+  bool ok = !old.failed || err_memory(s->err, *file, 0);
+  if (ok && file_read(&bytes, text_get(&old), NULL)) {
+    *file =
+        data_file(s, name, hash_bytes(0, bytes.data, bytes.size), picture_extension(bytes.data, bytes.size));
+    ok = data_path(s, *file, &path) && file_write_whole(text_get(&path), bytes.data, bytes.size, s->err);
+    file_release(&bytes);
+  }
+  text_finish(&old);
+  text_finish(&path);
+  return ok;
+}
+
+static bool bring_pictures(Saver *s, const Group *g, const void *from, void *to)
+{
+  if (g == &group_texture && ((Texture *)to)->kind == TEXTURE_IMAGE)
+    return bring_picture(s, ((Texture *)to)->name, ((const Texture *)from)->image.file,
+                         &((Texture *)to)->image.file);
+  if (g == &group_sky && ((Sky *)to)->kind == SKY_IMAGE)
+    return bring_picture(s, "sky", ((const Sky *)from)->image.file, &((Sky *)to)->image.file);
+  return true;
+}
+
 // --- meshes ---------------------------------------------------------------------------------------
 static uint64_t mesh_hash(const MeshData *m)
 {
@@ -304,7 +335,8 @@ static bool copy_element(Saver *s, const Section *c, const void *element)
   else if (!section_insert(s->copy, c, i, element))
     return err_memory(s->err, c->group->name, c->group->size);
   void *copy = section_at(s->copy, c, i);
-  return move_files(s, c->group, copy) && (c->group != &group_texture || save_picture(s, copy));
+  return move_files(s, c->group, copy) && bring_pictures(s, c->group, element, copy) &&
+         (c->group != &group_texture || save_picture(s, copy));
 }
 
 static bool fill_copy(Saver *s)

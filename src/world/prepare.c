@@ -141,31 +141,3 @@ void world_release(World *w)
   arena_finish(&w->arena);
   mem_free(w);
 }
-
-Camera world_frame_camera(const World *w, float aspect)
-{
-  Camera c;
-  memset(&c, 0, sizeof c);
-  c.kind = CAMERA_PERSPECTIVE;
-  c.common.up[1] = 1;
-  c.perspective.fov = 35;
-  if (!(w->lo[0] <= w->hi[0])) {
-    c.common.position[2] = 4;
-    return c;
-  }
-  const Vec3 lo = v3_load(w->lo), hi = v3_load(w->hi), centre = (lo + hi) / 2, half = (hi - lo) / 2;
-  const Vec3 back = v3_normalize(v3(0.5f, 0.35f, 1)), right = v3_normalize(v3_cross(v3(0, 1, 0), back));
-  const Vec3 up = v3_cross(back, right);
-  const float tan_y = (float)tan((double)c.perspective.fov * 3.14159265358979323846 / 360), tan_x = tan_y * aspect;
-  // Far enough that every corner of the box is inside the picture, with a margin.
-  float distance = 0;
-  for (int k = 0; k < 8; k++) {
-    const Vec3 corner = half * v3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
-    const float side = max_f(fabsf(v3_dot(corner, right)) / tan_x, fabsf(v3_dot(corner, up)) / tan_y);
-    distance = max_f(distance, v3_dot(corner, back) + side * 1.08f);
-  }
-  if (!(distance > 0)) distance = 1;
-  v3_store(c.common.target, centre);
-  v3_store(c.common.position, centre + back * distance);
-  return c;
-}

@@ -59,8 +59,8 @@ World *world_prepare(const Scene *s, const World *previous, const LoadOptions *o
 World *world_share(World *w);
 void world_release(World *w); // accepts NULL
 
-// A camera that shows the whole scene well, for models that bring none: from slightly above and to the right of -z
-// seen from the front, at a distance where the bounding sphere fits.
+// A camera that shows the whole scene well, for models that bring none: from above and to the right of the front,
+// which faces +z as in glTF, at the distance where the scene just fills the picture (frame.c).
 Camera world_frame_camera(const World *w, float aspect);
 
 #endif
