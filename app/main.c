@@ -10,8 +10,17 @@
 #include <string.h>
 
 const Command *const commands[] = {
-    &command_render, &command_info, &command_validate,   &command_convert,   &command_schema,
-    &command_manual, &command_man,  &command_completion, &command_help_page, NULL,
+    &command_render,
+    &command_info,
+    &command_validate,
+    &command_convert,
+    &command_schema,
+    &command_trace,
+    &command_manual,
+    &command_man,
+    &command_completion,
+    &command_help_page,
+    NULL,
 };
 
 const Command *command_find(const char *name)

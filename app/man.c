@@ -107,7 +107,9 @@ static ExitCode run_man(const Args *args)
     print_text(m->sentence, false);
     putchar('\n');
   }
-  fputs(".SH ENVIRONMENT\n.TP\n.B NO_COLOR\nIf set and not empty, the progress bar has no colour.\n", stdout);
+  fputs(".SH ENVIRONMENT\n.TP\n.B NO_COLOR\nIf set and not empty, the progress bar has no colour.\n"
+        ".TP\n.B RTB_CPU\nIf set,\n.B rayfold trace\nmeasures processor time instead of wall time.\n",
+        stdout);
   return stdout_finish("the manual page");
 }
 

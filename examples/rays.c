@@ -30,10 +30,18 @@ int main(void)
   const rf_ray ray = {.origin = {0.2f, 0.2f, 5}, .direction = {0, 0, -1}, .tmin = 0, .tmax = INFINITY};
   rf_hit hit;
   if (!rf_intersect(world, &ray, &hit)) return fprintf(stderr, "rays: the ray missed\n"), 1;
-  printf("hit at t = %g, triangle %u, normal %.3f %.3f %.3f, %s\n", (double)hit.t, hit.part, (double)hit.normal.x,
-         (double)hit.normal.y, (double)hit.normal.z, hit.object.id == object.id ? "our object" : "something else");
+  const rf_surface surface = rf_surface_at(world, &ray, &hit);
+  printf("hit at t = %g, triangle %u, normal %.3f %.3f %.3f, %s\n", (double)hit.t, hit.part,
+         (double)surface.ng.x, (double)surface.ng.y, (double)surface.ng.z,
+         hit.object.id == object.id ? "our object" : "something else");
+
+  // A ray on from there, away from the surface, meets nothing more.
+  const rf_vec3 p = surface.position, n = surface.ng;
+  const float e = surface.error;
+  const rf_ray on = {
+      .origin = {p.x + e * n.x, p.y + e * n.y, p.z + e * n.z}, .direction = n, .tmax = INFINITY};
   const bool is_right = fabsf(hit.t - 4.4f) < 1e-5f && hit.part == 3 && hit.object.id == object.id &&
-                        rf_occluded(world, &ray);
+                        rf_occluded(world, &ray) && !rf_occluded(world, &on);
 
   rf_world_destroy(world);
   rf_scene_destroy(scene);

@@ -75,6 +75,7 @@ options_of() { # command, options
 }
 options_of render "$render_options"
 options_of convert "$convert_options"
+options_of trace "threads api repeat time build isa label output help"
 options_of info "allow-outside quiet help"
 options_of validate "allow-outside quiet help"
 for command in schema manual man completion help; do options_of $command help; done
@@ -83,7 +84,7 @@ has '^rayfold [0-9]*\.[0-9]*\.[0-9]*$' out
 has 'PNG' out
 expect 0 '' --help
 expect 0 '' help
-for command in render convert info validate schema manual man completion help; do has "^  $command " out; done
+for command in render convert info validate schema trace manual man completion help; do has "^  $command " out; done
 for code in 0 64 65 66 70 73 75; do has "^  $code " out; done
 command -v bash >/dev/null && { bash -n completion.bash 2>err || failed "completion bash does not parse"; }
 command -v zsh >/dev/null && { zsh -n completion.zsh 2>err || failed "completion zsh does not parse"; }
@@ -320,6 +321,123 @@ same "$(ls | grep -c 'part$')" 0 "temporary files left"
 expect 0 '' render cornell.json -o timed.png --size 24x16 --time 0.3
 has ' [0-9]* spp, 0\.[3-9]' err
 expect 0 '' render cornell.json -o noisy.png --size 24x16 --noise 0.5 --time 5
+
+# --- trace: meshes and rays of the yardstick's formats, made by hand ---------------------------------
+bytes() { for byte; do printf "\\$(printf %o "0x$byte")"; done; }
+count() { printf '%02x 00 00 00 00 00 00 00' "$1"; }
+mesh() { # count of vertices, of triangles, then vertices and triangles
+  v=$1 t=$2
+  shift 2
+  printf RTBMESH1
+  # shellcheck disable=SC2046,SC2086
+  bytes $(count $v) $(count $t) $*
+}
+rays() { # query, count, name, then rays and results; for a mesh of two triangles
+  q=$1 n=$2 name=$3
+  shift 3
+  printf RTBRAYS1
+  # shellcheck disable=SC2046,SC2086
+  bytes 0$q 00 00 00 00 00 00 00 $(count $n) $(count 2)
+  printf %s "$name"
+  head -c $((32 - ${#name})) /dev/zero
+  # shellcheck disable=SC2046,SC2086
+  bytes $*
+}
+zero="00 00 00 00" one="00 00 80 3f" minus="00 00 80 bf" five="00 00 a0 40" quarter="00 00 80 3e"
+inf="00 00 80 7f" nan="00 00 c0 7f" miss="ff ff ff ff"
+corners="$zero $zero $zero $one $zero $zero $zero $one $zero $one $one $zero"
+two="$zero 01 00 00 00 02 00 00 00 01 00 00 00 03 00 00 00 02 00 00 00"
+at="$quarter $quarter $one $zero $zero $zero $minus $inf" beside="$five $five $one $zero $zero $zero $minus $inf"
+hit="$one $zero $quarter $quarter" none="$inf $miss $zero $zero"
+mesh 4 2 $corners $two >two.rtm
+rays 0 2 chords $at $beside $hit $none >two.rays
+rays 1 2 shadow $at $beside $zero $zero $zero $zero $zero $miss $zero $zero >any.rays
+quick="--repeat 1 --time 0"
+expect 0 '' trace two.rtm two.rays any.rays $quick
+has '^rays,rayfold,two.rtm,fast,chords,batch,1,2,[0-9.]*,[0-9.]*,50.0,0,0,0$' out
+has '^rays,rayfold,two.rtm,fast,shadow,batch,1,2,[0-9.]*,[0-9.]*,50.0,0,0,0$' out
+expect 0 '' trace two.rtm two.rays any.rays $quick --api single --api batch --threads 1 --threads 3 --label me
+same "$(grep -c '^rays,me,' out)" 8 "lines of two files, two apis, two counts of threads"
+same "$(cut -d, -f6,7 out | sort -u | tr '\n' ' ')" "batch,1 batch,3 single,1 single,3 " "apis and threads"
+expect 0 '' trace two.rtm --build $quick
+has '^build,rayfold,two.rtm,2,fast,1,[0-9.]*,[0-9.]*,[0-9.]*,[0-9.]*,[0-9.]*,[-0-9.]*,[0-9.]*$' out
+same "$(wc -l <out | tr -d ' ')" 1 "lines of --build"
+(export RTB_CPU=1 && exec "$rayfold" trace two.rtm two.rays $quick) >out 2>err
+has '^rays,rayfold,two.rtm,fast,chords,batch,1,2,[0-9.]*,[0-9.]*,50.0,0,0,0$' out
+for isa in ref v2 v3 v4; do
+  for api in single batch; do
+    "$rayfold" trace two.rtm two.rays -o hits.rays $quick --isa $isa --api $api >out 2>err
+    [ $? -eq 64 ] && continue # not on this machine
+    checks=$((checks + 1))
+    cmp -s hits.rays two.rays || failed "--isa $isa --api $api writes other hits"
+  done
+done
+# Each kind of difference from the stored results is counted as what it is.
+rays 0 1 flip $at $none >flip.rays
+rays 0 1 far $at $five $zero $quarter $quarter >far.rays
+rays 0 1 other $at $one 01 00 00 00 $quarter $quarter >other.rays
+expect 0 '' trace two.rtm flip.rays far.rays other.rays $quick
+same "$(cut -d, -f5,11- out | tr '\n' ' ')" "flip,100.0,1,0,0 far,100.0,0,1,0 other,100.0,0,0,1 " "differences"
+rays 0 1 chords $nan $quarter $one $zero $zero $zero $minus $inf $none >odd.rays # a ray that is none hits nothing
+expect 0 '' trace two.rtm odd.rays $quick
+has ',0.0,0,0,0$' out
+mesh 3 1 $zero $zero $zero $one $zero $zero $zero $one $zero $zero 01 00 00 00 02 00 00 00 >one.rtm
+expect 0 '^note: two.rays was made for a mesh of 2 triangles, not 1$' trace one.rtm two.rays $quick
+expect 64 'needs RAYS, or --build' trace two.rtm
+expect 64 'needs MESH' trace
+expect 64 'one RAYS' trace two.rtm two.rays any.rays -o hits.rays
+expect 64 'one of single' trace two.rtm two.rays --api triple
+expect 64 'threads' trace two.rtm two.rays --threads 0
+expect 64 'commas' trace two.rtm two.rays --label a,b
+expect 66 'gone.rtm' trace gone.rtm two.rays
+expect 66 'not a file' trace . two.rays
+expect 66 'gone.rays' trace two.rtm gone.rays
+expect 73 'nowhere' trace two.rtm two.rays -o nowhere/hits.rays
+echo before >kept.rays
+(ulimit -f 0 && exec "$rayfold" trace two.rtm two.rays -o kept.rays $quick) >/dev/null 2>&1
+same $? 73 "exit code on a full disk"
+same "$(cat kept.rays)" before "hits that were there, after a full disk"
+bad_mesh() { expect 65 "bad.rtm: .*$1" trace bad.rtm two.rays; }
+bad_rays() { expect 65 "bad.rays: .*$1" trace two.rtm bad.rays $quick; }
+printf 'RTBMESH2 and more that is none' >bad.rtm
+bad_mesh 'does not begin with "RTBMESH1"'
+printf '' >bad.rtm
+bad_mesh 'does not begin'
+printf RTBMESH1 >bad.rtm
+bad_mesh 'ends within'
+head -c 90 two.rtm >bad.rtm
+bad_mesh '4 vertices and 2 triangles do not make a file of 90 bytes'
+{ cat two.rtm; echo; } >bad.rtm
+bad_mesh 'do not make a file'
+mesh 4 2 $corners $zero 01 00 00 00 02 00 00 00 01 00 00 00 03 00 00 00 04 00 00 00 >bad.rtm
+bad_mesh 'triangle 1 names vertex 4, but there are only 4'
+mesh 4 2 $zero $zero $inf $one $zero $zero $zero $one $zero $one $one $zero $two >bad.rtm
+bad_mesh 'vertex 0 is not finite'
+mesh 4 0 $corners >bad.rtm
+bad_mesh 'no triangles'
+for huge in 'ff ff ff ff ff ff ff ff ff ff ff ff ff ff ff 7f' '01 00 00 00 00 00 00 40 fe ff ff ff 00 00 00 00' \
+  '56 55 55 55 55 55 55 15 aa aa aa aa aa aa aa 0a'; do
+  { printf RTBMESH1 && bytes $huge; } >bad.rtm # counts whose sizes do not fit a machine word
+  bad_mesh ''
+done
+printf RTBMESH1 >bad.rays
+bad_rays 'does not begin with "RTBRAYS1"'
+head -c 60 two.rays >bad.rays
+bad_rays 'ends within'
+head -c 150 two.rays >bad.rays
+bad_rays '2 rays do not make a file of 150 bytes'
+rays 2 2 chords $at $beside $hit $none >bad.rays
+bad_rays 'query 2'
+rays 0 0 chords >bad.rays
+bad_rays 'no rays'
+rays 0 2 a,b $at $beside $hit $none >bad.rays
+bad_rays 'name'
+rays 0 2 '' $at $beside $hit $none >bad.rays
+bad_rays 'no name'
+rays 0 1 chords $at $one 02 00 00 00 $quarter $quarter >bad.rays
+bad_rays 'ray 0 names triangle 2, but there are only 2'
+{ printf RTBRAYS1 && bytes 00 00 00 00 00 00 00 00 ff ff ff ff ff ff ff 0f && head -c 40 /dev/zero; } >bad.rays
+bad_rays 'do not make a file'
 
 # --- the picture is a function of the scene and settings only --------------------------------------
 base="cornell.json --size 40x30 --seed 7"

@@ -32,7 +32,7 @@ find src app examples bench intro -name '*.[ch]' 2>/dev/null | sort | xargs awk 
       wrong("includes " name ": " room " (" level[room] ") may not see " inc[1] " (" level[inc[1]] ")")
     }
   }
-  /^[ \t]*#[ \t]*include[ \t]*<(png|turbojpeg|jpeglib|webp|openexr|OpenEXR|jansson|stb|meshoptimizer|zstd|civetweb|SDL)/ {
+  /^[ \t]*#[ \t]*include[ \t]*<(png|turbojpeg|jpeglib|webp|openexr|OpenEXR|jansson|stb|meshoptimizer|zstd|civetweb|SDL|embree)/ {
     split($0, angled, /[<>]/)
     library = angled[2]
     sub(/[\/.].*/, "", library)

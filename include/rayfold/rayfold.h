@@ -150,6 +150,7 @@ typedef struct rf_world_stats {
   uint64_t triangles;        // as seen, instances counted each
   uint64_t unique_triangles; // as stored
   uint64_t geometry_bytes, texture_bytes;
+  uint64_t tree_bytes; // the part of geometry_bytes that is not the meshes' own arrays
 } rf_world_stats;
 RF_API rf_world_stats rf_world_take_stats(const rf_world *w);
 
@@ -160,13 +161,24 @@ typedef struct rf_ray {
   float tmax;
 } rf_ray;
 
-typedef struct rf_hit {
-  float t;
-  float u, v;       // of a triangle: weights of its second and third vertex
-  uint32_t part;    // triangle of the object's mesh
-  rf_object object; // zero: nothing was hit
-  rf_vec3 normal;   // geometric, unit, to the front side
+typedef struct rf_hit { // what the search itself knows; rf_surface_at() tells the rest
+  float t;              // tmax of the ray when nothing was hit
+  float u, v;        // of a triangle: weights of its second and third vertex; of other shapes: 0..1 across it
+  uint32_t part;     // triangle of the object's mesh, as numbered in its arrays
+  uint32_t instance; // the placed shape among the world's; of use to rf_surface_at() only
+  rf_object object;  // zero: nothing was hit. The visible surface of a light is no object: UINT32_MAX
 } rf_hit;
+
+typedef struct rf_surface {
+  rf_vec3 position;  // by the shape, not by origin + t * direction: good to the last bits
+  float error;       // metres a ray leaving here must start off: at position +- error * ng, with tmin 0
+  rf_vec3 ng;        // geometric normal, unit, to the front side
+  rf_vec3 n;         // shading normal, unit, on ng's side
+  float u, v;        // texture coordinates, v up; 0 where there are none
+  bool is_back;      // the ray came from behind
+  uint32_t material; // 1 + index, as in RF_MATERIAL_ID
+  const char *material_name; // lives as long as the world; NULL: the default one, or a light's
+} rf_surface;
 
 // Hot: these check nothing and allocate nothing. Nearest hit with tmin < t < tmax; any hit.
 RF_API bool rf_intersect(const rf_world *w, const rf_ray *ray, rf_hit *hit);
@@ -174,6 +186,8 @@ RF_API bool rf_occluded(const rf_world *w, const rf_ray *ray);
 // Many rays at once, in any order: faster than one by one.
 RF_API void rf_intersect_n(const rf_world *w, const rf_ray *rays, rf_hit *hits, size_t count);
 RF_API void rf_occluded_n(const rf_world *w, const rf_ray *rays, uint8_t *blocked, size_t count);
+// The place a ray hit: hit must be an answer of this world to this ray, and not "nothing".
+RF_API rf_surface rf_surface_at(const rf_world *w, const rf_ray *ray, const rf_hit *hit);
 
 // --- film and rendering -----------------------------------------------------------------------------
 typedef enum rf_lens { RF_PERSPECTIVE, RF_ORTHOGRAPHIC, RF_PANORAMIC } rf_lens;

@@ -34,8 +34,8 @@ struct rf_scene {
 struct rf_world {
   rf_engine *engine;
   World *world;
-  uint32_t *object_ids; // object of the main scene -> public id, so that hits can name it after the scene is gone
-  size_t object_count;
+  rf_object *
+      objects; // of each instance, one place on: [0] is that of NO_HIT, none. Hits name them without the scene
 };
 
 struct rf_film {

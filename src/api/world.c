@@ -2,19 +2,32 @@
 
 #include "api/api.h"
 
+#include "accel/place.h"
 #include "base/mem.h"
 #include "render/camera.h"
 
 #include <string.h>
 
-_Static_assert(sizeof(rf_ray) == sizeof(PackedRay), "rays go to the kernels as they are");
+// Rays and hits go through the kernels as they are.
+_Static_assert(sizeof(rf_ray) == sizeof(PackedRay) && sizeof(rf_hit) == sizeof(Hit), "same size");
+_Static_assert(offsetof(rf_ray, direction) == offsetof(PackedRay, d) &&
+                   offsetof(rf_ray, tmax) == offsetof(PackedRay, tmax),
+               "rf_ray is PackedRay");
+_Static_assert(offsetof(rf_hit, u) == offsetof(Hit, u) && offsetof(rf_hit, part) == offsetof(Hit, prim) &&
+                   offsetof(rf_hit, instance) == offsetof(Hit, instance) && offsetof(rf_hit, object) == 20,
+               "rf_hit is Hit");
 
-static bool copy_ids(rf_world *w, const Scene *s, Err *err)
+static bool name_objects(rf_world *w, const Scene *s, Err *err)
 {
-  w->object_count = s->objects.count;
-  w->object_ids = mem_alloc(w->object_count ? w->object_count : 1, sizeof *w->object_ids);
-  if (!w->object_ids) return err_memory(err, "object ids", w->object_count * sizeof *w->object_ids);
-  for (size_t i = 0; i < w->object_count; i++) w->object_ids[i] = s->objects.items[i].id;
+  const size_t count = w->world->instance_count;
+  w->objects = mem_alloc(count + 1, sizeof *w->objects);
+  if (!w->objects) return err_memory(err, "object ids", (count + 1) * sizeof *w->objects);
+  w->objects[0].id = 0;
+  for (size_t i = 0; i < count; i++) {
+    const uint32_t object_i = w->world->instances[i].object_i;
+    w->objects[i + 1].id =
+        object_i < s->objects.count ? s->objects.items[object_i].id : UINT32_MAX; // a light's own
+  }
   return true;
 }
 
@@ -25,9 +38,10 @@ rf_world *rf_prepare(rf_scene *s, const rf_world *previous)
   rf_engine *e = s->engine;
   rf_world *w = mem_zero(1, sizeof *w);
   if (!w) err_memory(&err, "a world", sizeof *w);
-  if (w && copy_ids(w, s->scene, &err)) {
+  if (w) {
     w->engine = e;
     w->world = world_prepare(s->scene, previous ? previous->world : NULL, &s->options, e->jobs, &e->cancel, &err);
+    if (w->world) name_objects(w, s->scene, &err);
   }
   if (!api_fail(&err)) {
     rf_world_destroy(w);
@@ -41,7 +55,7 @@ void rf_world_destroy(rf_world *w)
 {
   if (!w) return;
   world_release(w->world);
-  mem_free(w->object_ids);
+  mem_free(w->objects);
   mem_free(w);
 }
 
@@ -57,49 +71,24 @@ bool rf_world_bounds(const rf_world *w, rf_vec3 *lo, rf_vec3 *hi)
 rf_world_stats rf_world_take_stats(const rf_world *w)
 {
   if (!w) return (rf_world_stats){0};
-  return (rf_world_stats){w->world->triangle_count, w->world->unique_triangle_count, w->world->geometry_bytes,
-                          w->world->texture_bytes};
+  return (rf_world_stats){.triangles = w->world->triangle_count,
+                          .unique_triangles = w->world->unique_triangle_count,
+                          .geometry_bytes = w->world->geometry_bytes,
+                          .texture_bytes = w->world->texture_bytes,
+                          .tree_bytes = w->world->tree_bytes};
 }
 
 // --- rays: these check nothing --------------------------------------------------------------------
-static Vec3 geometric_normal(const World *w, const Hit *h)
-{
-  const Instance *i = accel_instances(w->accel) + h->instance;
-  const TriangleMesh *m = &w->instances[h->instance].mesh;
-  Vec3 n = v3(0, 0, 1);
-  if (i->kind == INSTANCE_MESH) {
-    const uint32_t *t = m->triangles + 3 * (size_t)h->prim;
-    const Vec3 a = v3_load(m->positions + 3 * (size_t)t[0]);
-    n = v3_cross(v3_load(m->positions + 3 * (size_t)t[1]) - a, v3_load(m->positions + 3 * (size_t)t[2]) - a);
-  }
-  return v3_normalize(frame_normal(&i->object_from_world, n));
-}
-
-static rf_hit public_hit(const rf_world *w, const PackedRay *ray, const Hit *h)
-{
-  if (h->instance == NO_HIT) return (rf_hit){.t = ray->tmax};
-  const Instance *i = accel_instances(w->world->accel) + h->instance;
-  const uint32_t object_i = w->world->instances[h->instance].object_i;
-  Vec3 n;
-  if (i->kind == INSTANCE_SPHERE) {
-    const Vec3 p = v3_load(ray->o) + h->t * v3_load(ray->d);
-    n = v3_normalize(frame_normal(&i->object_from_world, frame_point(&i->object_from_world, p)));
-  } else {
-    n = geometric_normal(w->world, h);
-  }
-  const uint32_t id = object_i < w->object_count ? w->object_ids[object_i] : UINT32_MAX; // a light's own surface
-  return (rf_hit){.t = h->t, .u = h->u, .v = h->v, .part = h->prim, .object = {id}, .normal = {n[0], n[1], n[2]}};
-}
-
 void rf_intersect_n(const rf_world *w, const rf_ray *rays, rf_hit *hits, size_t count)
 {
-  enum { BATCH = 256 };
-  Hit found[BATCH];
-  for (size_t first = 0; first < count; first += BATCH) {
-    const size_t n = count - first < BATCH ? count - first : BATCH;
-    const PackedRay *batch = (const PackedRay *)(const void *)(rays + first);
-    w->engine->hot->closest_n(w->world->accel, batch, found, n);
-    for (size_t i = 0; i < n; i++) hits[first + i] = public_hit(w, &batch[i], &found[i]);
+  // The kernels write our hits in place; the names are put in while a block of them is still in the first cache.
+  enum { BLOCK = 1024 };
+  for (size_t first = 0; first < count; first += BLOCK) {
+    const size_t n = count - first < BLOCK ? count - first : BLOCK;
+    Hit *block = (Hit *)(void *)(hits + first);
+    w->engine->hot->closest_n(w->world->accel, (const PackedRay *)(const void *)(rays + first), block, n);
+    for (size_t i = 0; i < n; i++)
+      hits[first + i].object = w->objects[block[i].instance + 1u]; // NO_HIT + 1 is 0
   }
 }
 
@@ -121,6 +110,33 @@ bool rf_occluded(const rf_world *w, const rf_ray *ray)
   return blocked;
 }
 
+static rf_vec3 to_public(Vec3 v)
+{
+  return (rf_vec3){v[0], v[1], v[2]};
+}
+static Vec3 from_public(rf_vec3 v)
+{
+  return v3(v.x, v.y, v.z);
+}
+
+rf_surface rf_surface_at(const rf_world *w, const rf_ray *ray, const rf_hit *hit)
+{
+  const World *world = w->world;
+  const Ray r = {from_public(ray->origin), from_public(ray->direction), ray->tmin, ray->tmax};
+  const Hit h = {hit->t, hit->u, hit->v, hit->part, hit->instance};
+  const SurfacePoint s = accel_surface(world->accel, &world->instances[h.instance].mesh, &r, &h);
+  const uint32_t material = world_material(world, &h);
+  return (rf_surface){.position = to_public(s.p),
+                      .error = s.error,
+                      .ng = to_public(s.ng),
+                      .n = to_public(s.n),
+                      .u = s.uv[0].x,
+                      .v = s.uv[0].y,
+                      .is_back = s.is_back,
+                      .material = material + 1,
+                      .material_name = world->material_names[material]};
+}
+
 // --- cameras --------------------------------------------------------------------------------------
 static const Camera *find_camera(const Scene *s, const char *name, Err *err)
 {
@@ -134,9 +150,6 @@ static const Camera *find_camera(const Scene *s, const char *name, Err *err)
   err_set(err, ERR_BAD_SCENE, "there is no camera \"%s\"%s", name, text_hint(hint, name, names, count));
   return NULL;
 }
-
-static rf_vec3 to_public(Vec3 v) { return (rf_vec3){v[0], v[1], v[2]}; }
-static Vec3 from_public(rf_vec3 v) { return v3(v.x, v.y, v.z); }
 
 static rf_eye public_eye(const Eye *e)
 {

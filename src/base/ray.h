@@ -24,7 +24,9 @@ typedef struct Hit {
   float u, v;         // of a triangle: weights of its second and third vertex; of a shape: its surface parameters 0..1
   uint32_t prim;      // triangle of the mesh; 0 for shapes
   uint32_t instance;  // NO_HIT: nothing was hit
+  uint32_t : 32;      // room for the object's public name, which only src/api knows
 } Hit;
+_Static_assert(sizeof(Hit) == 24, "rf_hit has this layout, so that kernels write it directly");
 
 // What is known of the place a ray hit, in world space. Directions are unit length.
 typedef struct SurfacePoint {

@@ -31,7 +31,7 @@ static bool add_area(Prepare *p, const Frame *frame, InstanceKind kind, float si
   m.emission = v3_load(radiance);
   m.is_light = !v3_is_zero(m.emission);
   uint32_t *material = arena_alloc(&p->world->arena, 1, sizeof *material);
-  if (!material || !array_push(&p->materials, m)) return prepare_failed_memory(p);
+  if (!material || !prepare_add_material(p, &m, NULL)) return prepare_failed_memory(p);
   *material = (uint32_t)p->materials.count - 1;
   const WorldInstance w = {.materials = material, .slot_count = 1, .object_i = object_i};
   const Instance i = {.world_from_object = *frame, .size = {size_x, size_y}, .kind = (uint8_t)kind,

@@ -179,14 +179,22 @@ static SurfaceMaterial from_material(Prepare *p, Source *source, const Material 
   unreachable();
 }
 
+bool prepare_add_material(Prepare *p, const SurfaceMaterial *m, const char *name)
+{
+  const char *copy = arena_text(&p->world->arena, name);
+  return ((copy || !name) && array_push(&p->materials, *m) && array_push(&p->material_names, copy)) ||
+         prepare_failed_memory(p);
+}
+
 bool prepare_materials(Prepare *p, Source *source)
 {
   bool ok = true;
   source->material_base = (uint32_t)p->materials.count;
   for (size_t i = 0; i < source->scene->materials.count && ok; i++) {
-    const SurfaceMaterial s = from_material(p, source, &source->scene->materials.items[i], &ok);
-    if (ok && !array_push(&p->materials, s)) ok = prepare_failed_memory(p);
-    if (!ok) err_where(p->err, "material \"%s\"", source->scene->materials.items[i].name);
+    const Material *m = &source->scene->materials.items[i];
+    const SurfaceMaterial s = from_material(p, source, m, &ok);
+    ok = ok && prepare_add_material(p, &s, m->name);
+    if (!ok) err_where(p->err, "material \"%s\"", m->name);
   }
   return ok;
 }

@@ -16,7 +16,7 @@ bool prepare_failed_memory(Prepare *p)
 static bool add_default_material(Prepare *p)
 {
   const SurfaceMaterial m = surface_default();
-  if (!array_push(&p->materials, m)) return prepare_failed_memory(p);
+  if (!prepare_add_material(p, &m, NULL)) return false;
   const uint32_t last = (uint32_t)p->materials.count - 1;
   for (size_t i = 0; i < p->shading.count; i++) {
     uint32_t *slots = (uint32_t *)(size_t)p->shading.items[i].materials;
@@ -48,10 +48,11 @@ static bool lay_down(Prepare *p)
   w->instances = keep(p, p->shading.items, p->shading.count, sizeof *p->shading.items);
   w->instance_count = p->shading.count;
   w->materials = keep(p, p->materials.items, p->materials.count, sizeof *p->materials.items);
+  w->material_names = keep(p, p->material_names.items, p->materials.count, sizeof *p->material_names.items);
   w->material_count = p->materials.count;
   w->textures = keep(p, p->textures.items, p->textures.count, sizeof *p->textures.items);
   w->texture_count = p->textures.count;
-  return (w->instances && w->materials && w->textures) || prepare_failed_memory(p);
+  return (w->instances && w->materials && w->material_names && w->textures) || prepare_failed_memory(p);
 }
 
 static bool build_accel(Prepare *p)
@@ -66,15 +67,17 @@ static bool build_accel(Prepare *p)
   w->accel = accel_build(p->instances.items, p->instances.count, p->jobs, p->cancel, p->err);
   if (!w->accel) return false;
   accel_bounds(w->accel, w->lo, w->hi);
-  w->geometry_bytes = accel_bytes(w->accel);
+  w->tree_bytes = accel_bytes(w->accel);
   for (size_t i = 0; i < p->parts->meshes.count; i++) {
     const MeshData *m = p->parts->meshes.items[i].data;
     w->unique_triangle_count += m->triangle_count;
-    w->geometry_bytes += mesh_tree_bytes(p->parts->meshes.items[i].tree) + 12 * m->triangle_count +
-                         (12 + (m->normals ? 12u : 0u) + (m->texcoords[0] ? 8u : 0u) + (m->texcoords[1] ? 8u : 0u) +
-                          (m->colors ? 16u : 0u) + (m->tangents ? 16u : 0u)) *
+    w->tree_bytes += mesh_tree_bytes(p->parts->meshes.items[i].tree);
+    w->geometry_bytes += 12 * m->triangle_count +
+                         (12 + (m->normals ? 12u : 0u) + (m->texcoords[0] ? 8u : 0u) +
+                          (m->texcoords[1] ? 8u : 0u) + (m->colors ? 16u : 0u) + (m->tangents ? 16u : 0u)) *
                              m->vertex_count;
   }
+  w->geometry_bytes += w->tree_bytes;
   return true;
 }
 
@@ -91,6 +94,7 @@ static void finish(Prepare *p)
 {
   array_finish(&p->sources);
   array_finish(&p->materials);
+  array_finish(&p->material_names);
   array_finish(&p->textures);
   array_finish(&p->texture_parts);
   array_finish(&p->instances);

@@ -26,6 +26,7 @@ typedef struct Prepare {
   Arena scratch;
   ARRAY(Source) sources;
   ARRAY(SurfaceMaterial) materials;
+  ARRAY(const char *) material_names; // as many; copies in the world's arena, NULL: none
   ARRAY(TextureMap) textures;
   ARRAY(int32_t) texture_parts; // TextureMap -> image part, -1: none
   ARRAY(Instance) instances;
@@ -45,6 +46,7 @@ void prepare_texture_pixels(Prepare *p); // after parts_make: hands the maps the
 
 // Materials of one source, appended in order.
 bool prepare_materials(Prepare *p, Source *source);
+bool prepare_add_material(Prepare *p, const SurfaceMaterial *m, const char *name); // name may be NULL
 SurfaceMaterial surface_default(void);
 
 // Objects of the main scene and all it includes, as instances. Adds sources as it meets them.

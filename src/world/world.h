@@ -33,12 +33,14 @@ struct World {
   const WorldInstance *instances;
   size_t instance_count;
   const SurfaceMaterial *materials; // the last one is the default material
+  const char *const *material_names; // as many; NULL for the default material and those of lights
   size_t material_count;
   const TextureMap *textures;
   size_t texture_count;
   LightSet lights;
   float lo[3], hi[3];          // bounds; lo > hi when there is nothing
   size_t triangle_count, unique_triangle_count, geometry_bytes, texture_bytes;
+  size_t tree_bytes;           // of geometry_bytes: without the meshes' own arrays
   Notes notes;                 // what preparing had to leave out
   struct WorldParts *parts;    // private: what is shared with other worlds
 };
