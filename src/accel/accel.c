@@ -65,10 +65,10 @@ static Bounds instance_bounds(const Instance *i)
   return bounds_is_finite(&w) ? w : bounds_empty();
 }
 
-static uint32_t emit_instance(void *user, size_t leaf_i, const BuildRef *refs, uint32_t count)
+static uint32_t emit_instance(void *user, size_t leaf_i, const uint32_t *prims, uint32_t count)
 {
   (void)user, (void)leaf_i, (void)count;
-  return ref_prim(refs);
+  return prims[0];
 }
 
 static void add_instance(Accel *a, Build *b, const Instance *from)
@@ -82,8 +82,7 @@ static void add_instance(Accel *a, Build *b, const Instance *from)
   v3_store(a->boxes[i], box.lo);
   v3_store(a->boxes[i] + 3, box.hi);
   if (bounds_is_empty(&box)) return;
-  b->refs[b->count] = box;
-  ref_set_prim(&b->refs[b->count++], (uint32_t)i);
+  b->refs[b->count++] = ref_of(&box, (uint32_t)i);
 }
 
 static bool fill_accel(Accel *a, Build *b, const Instance *instances, size_t count, Err *err)
