@@ -65,10 +65,10 @@ static Bounds instance_bounds(const Instance *i)
   return bounds_is_finite(&w) ? w : bounds_empty();
 }
 
-static uint32_t emit_instance(void *user, size_t leaf_i, const BuildRef *refs, uint32_t count)
+static uint32_t emit_instance(void *user, size_t leaf_i, const uint32_t *prims, uint32_t count)
 {
   (void)user, (void)leaf_i, (void)count;
-  return ref_prim(refs);
+  return prims[0];
 }
 
 static void add_instance(Accel *a, Build *b, const Instance *from)
@@ -84,8 +84,7 @@ static void add_instance(Accel *a, Build *b, const Instance *from)
     a->boxes[i][2 * k + 1] = box.hi[k];
   }
   if (bounds_is_empty(&box)) return;
-  b->refs[b->count] = box;
-  ref_set_prim(&b->refs[b->count++], (uint32_t)i);
+  b->refs[b->count++] = ref_of(&box, (uint32_t)i);
 }
 
 static bool fill_accel(Accel *a, Build *b, const Instance *instances, size_t count, Err *err)

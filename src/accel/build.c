@@ -1,60 +1,64 @@
-// See build.h. A Range is a run of references that will become one child. Small ranges are split in place by one
-// thread; large ones by all, chunk by chunk, into the other buffer, keeping order. Both look at bins only, so it
-// makes no difference to the tree's quality which one is used.
+// Splitting: see build.h. A range of references whose split is known is gone through once: the references are put on
+// their side of the plane, in place, and go into the bins of the child they belong to. So the children's splits are
+// known in turn, and no range is ever measured. A child's bins lie over its box, cut by its parent's bins and the
+// plane, which is known by then; where the centres turn out to fill little of that, they are binned again.
 //
-// Numbers chosen by building the fractal terrain of 1 M triangles and the city of 6 M of the benchmark set: 32 bins
-// against 16 gave 1 % fewer nodes a ray; subtrees of 16 Ki references keep two and more threads busy to the end.
+// Large ranges are gone through by all threads, a chunk each, all ranges of a level at once: a chunk's references are
+// ordered within the chunk, then runs that ended up on the wrong side change places. From `subtree_size` on one thread
+// goes on alone, and from SMALL on build_small.c does.
 
-#include "accel/build.h"
-
-#include "base/array.h"
+#include "accel/build_bins.h"
+#include "accel/build_tree.h"
 
 enum {
-  MOST_BINS = 32,
-  CHUNK = 1 << 14,         // references a work item
-  TOGETHER = 4 * CHUNK,    // from this size on a range is split by all threads
-  SUBTREE = 1 << 14,       // up to this size a range is one thread's
-  SMALL_LEAF_SHARE = 1,    // leaves over leaf_size / this are still split while a node has lanes free
+  CHUNK = 1 << 12,          // references a work item
+  LEAST_SUBTREE = 1 << 12,  // a range of so many is one thread's, ...
+  MOST_SUBTREE = 1 << 16,   // ... of more too, if there are 64 such in all
+  LEAST_FILLED_SHARE = 4,   // bins are laid anew when centres fill less than 1 / this of them along every axis
+  MOST_NEW_BINS = 8,        // so often
 };
 
+// References that will become one node, and how they will be split.
 typedef struct Range {
-  BuildRef *refs; // where in which buffer
-  size_t count;
-  Bounds box, centers; // of the references, and of their boxes' centres
-  double area;
+  uint32_t first, count, node;
+  int depth, new_bins; // new_bins: how often bins were laid anew
+  Bounds box;
+  BinMap map;
+  Split split;
 } Range;
 
-typedef struct Bins {
-  Bounds box[3][MOST_BINS];
-  uint32_t count[3][MOST_BINS];
-} Bins;
+// A worker's own memory. Kept from item to item.
+typedef struct Scratch {
+  BuildRef *spare;
+  size_t spare_count;
+  float (*cost)[8];
+  size_t cost_count;
+  Bins bins[2];
+} Scratch;
 
-// How centres map to bins: axis k, bin (center - lo) * scale, where scale 0 marks an axis of no use.
-typedef struct BinMap {
-  Vec3 lo, scale;
-  int count;
-} BinMap;
+// A piece of a large range. After it was gone through its first left_count references belong left.
+typedef struct Chunk {
+  uint32_t range, first, count, left_count;
+  Bins bins[2]; // of the children; the first is used for the range itself when that is binned
+} Chunk;
 
-typedef struct Split {
-  int axis, bin; // left: bins below this one; axis -1: no plane found
-} Split;
+typedef struct Swap {
+  uint32_t a, b, count; // runs of references that change places
+} Swap;
 
-typedef struct Subtree {
-  Range range;
-  int depth;
-  ARRAY(Node8) nodes; // child: index of a node, or LEAF_BIT and the offset of its references in the range
-  size_t leaf_count, first_node, first_leaf;
-  uint32_t root; // child code, known after emitting
-  bool failed;
-} Subtree;
+typedef ARRAY(Range) Ranges;
 
-// The nodes above the subtrees. A child is a top node, or LEAF_BIT and the number of a subtree.
-typedef struct BuildTop {
-  ARRAY(Node8) nodes;
-  ARRAY(Subtree) subtrees;
-  uint32_t root;
-  Bins *chunk_bins; // one a chunk, for splits by all threads
-} BuildTop;
+// What threads share while they split.
+typedef struct Splitter {
+  Build *build;
+  Ranges level, next, subtrees;
+  ARRAY(Chunk) chunks;
+  ARRAY(Swap) swaps;
+  Scratch **scratch; // one a worker, made by it
+  size_t worker_count;
+  uint32_t subtree_size;
+  atomic_bool is_out_of_memory;
+} Splitter;
 
 bool build_init(Build *b, size_t count, Err *err)
 {
@@ -62,506 +66,504 @@ bool build_init(Build *b, size_t count, Err *err)
   if (!b->leaf_size) b->leaf_size = 8;
   if (count == 0) return true;
   b->refs = mem_alloc(count, sizeof *b->refs);
-  if (count >= TOGETHER) b->spare = mem_alloc(count, sizeof *b->spare);
-  if (b->refs && (b->spare || count < TOGETHER)) return true;
+  if (b->refs) return true;
   return err_memory(err, "building a tree", (unsigned long long)count * sizeof *b->refs);
 }
 
 void build_finish(Build *b)
 {
-  if (b->top) {
-    for (size_t i = 0; i < b->top->subtrees.count; i++) array_finish(&b->top->subtrees.items[i].nodes);
-    array_finish(&b->top->subtrees);
-    array_finish(&b->top->nodes);
-    mem_free(b->top->chunk_bins);
-    mem_free(b->top);
+  BuildTop *top = b->top;
+  if (top) {
+    for (size_t i = 0; i < top->subtrees.count; i++) array_finish(&top->subtrees.items[i].tree);
+    array_finish(&top->subtrees);
+    array_finish(&top->tree);
+    wide_finish(top->wide);
+    mem_free(top->prims);
+    mem_free(top);
   }
   mem_free(b->refs);
-  mem_free(b->spare);
   *b = (Build){0};
 }
 
-// --- bins ---------------------------------------------------------------------------------------
+// --- scratch ------------------------------------------------------------------------------------
 
-static inline Vec3 ref_center(const BuildRef *r) { return 0.5f * r->lo + 0.5f * r->hi; } // halves do not overflow
-
-static void bins_clear(Bins *bins, int count)
+// Room for so many references, and rows of cost. NULL: no memory.
+static Scratch *scratch_of(Splitter *s, int worker, size_t spare_count, size_t cost_count)
 {
-  for (int k = 0; k < 3; k++) {
-    for (int i = 0; i < count; i++) {
-      bins->box[k][i] = bounds_empty();
-      bins->count[k][i] = 0;
-    }
+  Scratch *own = s->scratch[worker];
+  if (!own) own = s->scratch[worker] = mem_zero(1, sizeof *own);
+  if (own && own->spare_count < spare_count) {
+    mem_free(own->spare);
+    own->spare = mem_alloc(spare_count, sizeof *own->spare);
+    own->spare_count = own->spare ? spare_count : 0;
   }
-}
-
-static BinMap bin_map(const Range *r)
-{
-  BinMap m = {r->centers.lo, v3_all(0), r->count < 64 ? 8 : r->count < 1024 ? 16 : MOST_BINS};
-  for (int k = 0; k < 3; k++) {
-    const float extent = r->centers.hi[k] - r->centers.lo[k];
-    const float scale = (float)m.count / extent;
-    if (extent > 0 && isfinite(extent) && isfinite(scale)) m.scale[k] = scale;
+  if (own && own->cost_count < cost_count) {
+    mem_free(own->cost);
+    own->cost = mem_alloc(cost_count, sizeof *own->cost);
+    own->cost_count = own->cost ? cost_count : 0;
   }
-  return m;
+  const bool ok = own && own->spare_count >= spare_count && own->cost_count >= cost_count;
+  if (!ok) atomic_store_explicit(&s->is_out_of_memory, true, memory_order_relaxed);
+  return ok ? own : NULL;
 }
 
-static inline int bin_of(const BinMap *m, float center, int k)
+static void splitter_finish(Splitter *s)
 {
-  const int i = m->scale[k] > 0 ? (int)((center - m->lo[k]) * m->scale[k]) : 0;
-  return i < m->count ? i : m->count - 1;
-}
-
-static void bins_add(Bins *bins, const BinMap *m, const BuildRef *refs, size_t count)
-{
-  for (size_t i = 0; i < count; i++) {
-    const Vec3 c = ref_center(&refs[i]);
-    for (int k = 0; k < 3; k++) {
-      const int bin = bin_of(m, c[k], k);
-      bounds_add(&bins->box[k][bin], &refs[i]);
-      bins->count[k][bin]++;
-    }
+  for (size_t i = 0; s->scratch && i < s->worker_count; i++) {
+    if (!s->scratch[i]) continue;
+    mem_free(s->scratch[i]->spare);
+    mem_free(s->scratch[i]->cost);
+    mem_free(s->scratch[i]);
   }
+  mem_free(s->scratch);
+  array_finish(&s->level);
+  array_finish(&s->next);
+  array_finish(&s->subtrees);
+  array_finish(&s->chunks);
+  array_finish(&s->swaps);
 }
 
-static void bins_merge(Bins *bins, const Bins *other, int count)
-{
-  for (int k = 0; k < 3; k++) {
-    for (int i = 0; i < count; i++) {
-      bounds_add(&bins->box[k][i], &other->box[k][i]);
-      bins->count[k][i] += other->count[k][i];
-    }
-  }
-}
+// --- a range's own split ------------------------------------------------------------------------
 
-// Leaves are tested a block at a time, so a range costs its blocks.
-static double blocks_of(const Build *b, size_t count) { return (double)((count + b->leaf_size - 1) / b->leaf_size); }
-
-static Split best_split(const Build *b, const Bins *bins, const BinMap *m)
+// Whether the centres fill too little of the bins to choose well; then lo and hi are where they do lie.
+static bool bins_are_wasted(const Bins *bins, BinMap *m, size_t count)
 {
-  Split best = {-1, 0};
-  double best_cost = INFINITY;
+  const int n = bin_count(m);
+  bool is_filled = false, is_useful = false;
+  Vec3 lo = m->lo, hi = m->hi;
   for (int k = 0; k < 3; k++) {
     if (m->scale[k] <= 0) continue;
-    double right_cost[MOST_BINS];
-    Bounds box = bounds_empty();
-    size_t count = 0;
-    for (int i = m->count - 1; i > 0; i--) {
-      bounds_add(&box, &bins->box[k][i]);
-      count += bins->count[k][i];
-      right_cost[i] = count ? bounds_half_area(&box) * blocks_of(b, count) : -1;
-    }
-    box = bounds_empty();
-    count = 0;
-    for (int i = 1; i < m->count; i++) {
-      bounds_add(&box, &bins->box[k][i - 1]);
-      count += bins->count[k][i - 1];
-      if (!count || right_cost[i] < 0) continue;
-      const double cost = bounds_half_area(&box) * blocks_of(b, count) + right_cost[i];
-      if (cost < best_cost) {
-        best_cost = cost;
-        best = (Split){k, i};
-      }
-    }
+    int from = 0, to = n - 1;
+    while (from < n - 1 && bins->count[from][k] == 0) from++;
+    while (to > from && bins->count[to][k] == 0) to--;
+    is_useful = true;
+    is_filled |= (to + 1 - from) * LEAST_FILLED_SHARE > n;
+    lo[k] = m->lo[k] + (float)from / m->scale[k];
+    hi[k] = m->lo[k] + (float)(to + 1) / m->scale[k];
   }
-  return best;
+  if (is_filled || !is_useful) return false;
+  const BinMap finer = bin_map(lo, hi, count);
+  const bool is_finer = finer.scale[0] > m->scale[0] || finer.scale[1] > m->scale[1] || finer.scale[2] > m->scale[2];
+  *m = finer;
+  return is_finer;
 }
 
-// --- splitting one range ------------------------------------------------------------------------
-
-static Range range_empty(BuildRef *refs)
+static void bins_fill(Bins *bins, const BinMap *m, const BuildRef *refs, size_t count)
 {
-  return (Range){refs, 0, bounds_empty(), bounds_empty(), 0};
+  bins_clear(bins, bin_count(m));
+  for (size_t i = 0; i < count; i++) bins_add(bins, m, &refs[i]);
 }
 
-static inline void range_grow(Range *r, const BuildRef *ref)
+// Chooses the range's split by its bins, which may be filled again for that.
+static void choose_split(const Build *b, Range *r, Bins *bins)
 {
-  bounds_add(&r->box, ref);
-  bounds_add_point(&r->centers, ref_center(ref));
-}
-
-static void range_measure(Range *r)
-{
-  r->box = r->centers = bounds_empty();
-  for (size_t i = 0; i < r->count; i++) range_grow(r, &r->refs[i]);
-  r->area = bounds_half_area(&r->box);
-}
-
-// No plane separates the centres, or the tree has become too deep for choice: half of them each, as they lie.
-static void split_in_half(const Range *r, Range out[2])
-{
-  out[0] = range_empty(r->refs);
-  out[0].count = r->count - r->count / 2;
-  out[1] = range_empty(r->refs + out[0].count);
-  out[1].count = r->count / 2;
-  range_measure(&out[0]);
-  range_measure(&out[1]);
-}
-
-static inline bool is_left(const BinMap *m, Split s, const BuildRef *ref)
-{
-  return bin_of(m, ref_center(ref)[s.axis], s.axis) < s.bin;
-}
-
-static void partition_in_place(const Range *r, const BinMap *m, Split s, Range out[2])
-{
-  Range left = range_empty(r->refs), right = range_empty(NULL);
-  BuildRef *i = r->refs, *end = r->refs + r->count;
-  while (i < end) {
-    if (is_left(m, s, i)) {
-      range_grow(&left, i++);
-      continue;
-    }
-    const BuildRef moved = *i;
-    range_grow(&right, &moved);
-    *i = *--end;
-    *end = moved;
+  for (int i = 0; i < MOST_NEW_BINS && bins_are_wasted(bins, &r->map, r->count); i++) {
+    bins_fill(bins, &r->map, b->refs + r->first, r->count);
   }
-  left.count = (size_t)(i - r->refs);
-  right.refs = i;
-  right.count = r->count - left.count;
-  out[0] = left;
-  out[1] = right;
+  r->split = bins_split(b, bins, &r->map, &r->box);
 }
 
-// What the threads share while they split one large range.
-typedef struct Together {
-  const Build *build;
-  const Range *range;
-  const BinMap *map;
-  Split split;
-  Bins *bins;         // one a chunk
-  BuildRef *target;   // the range's place in the other buffer
-  size_t *left_count; // one a chunk: how many go left, then how many did before it
-  Range *parts;       // two a chunk
-} Together;
+static bool needs_split(const Range *r) { return r->count > SMALL && r->depth < MOST_SPLIT_DEPTH; }
 
-static size_t chunk_size(const Range *r, size_t chunk)
+// What the two sides of a range will be, all but their nodes and splits.
+static void child_ranges(const Range *r, Range child[2])
 {
-  return r->count - chunk * CHUNK < CHUNK ? r->count - chunk * CHUNK : CHUNK;
-}
-
-static void bin_chunk(void *user, size_t chunk, int worker)
-{
-  (void)worker;
-  Together *t = user;
-  bins_clear(&t->bins[chunk], t->map->count);
-  bins_add(&t->bins[chunk], t->map, t->range->refs + chunk * CHUNK, chunk_size(t->range, chunk));
-}
-
-static void move_chunk(void *user, size_t chunk, int worker)
-{
-  (void)worker;
-  Together *t = user;
-  const BuildRef *refs = t->range->refs + chunk * CHUNK;
-  const size_t before = t->left_count[chunk], all_left = t->left_count[(t->range->count + CHUNK - 1) / CHUNK];
-  BuildRef *left = t->target + before, *right = t->target + all_left + (chunk * CHUNK - before);
-  Range parts[2] = {range_empty(NULL), range_empty(NULL)};
-  for (size_t i = 0, n = chunk_size(t->range, chunk); i < n; i++) {
-    const bool goes_left = is_left(t->map, t->split, &refs[i]);
-    range_grow(&parts[!goes_left], &refs[i]);
-    *(goes_left ? left++ : right++) = refs[i];
-  }
-  memcpy(&t->parts[2 * chunk], parts, sizeof parts);
-}
-
-// Splits by all threads: bins of each chunk, then each chunk's references to their place in the other buffer. Needs
-// scratch for the chunks; false when there is no memory or on cancel.
-static bool split_together(Build *b, const Range *r, const BinMap *m, Range out[2], bool *found)
-{
-  const size_t chunks = (r->count + CHUNK - 1) / CHUNK;
-  Together t = {.build = b, .range = r, .map = m, .bins = b->top->chunk_bins};
-  if (!jobs_run(b->jobs, chunks, bin_chunk, &t, b->cancel)) return false;
-  t.left_count = mem_alloc(chunks + 1, sizeof *t.left_count);
-  t.parts = mem_alloc(2 * chunks, sizeof *t.parts);
-  bool ok = t.left_count && t.parts;
-  if (!ok) goto done;
-
-  size_t left = 0;
-  Bins sum = t.bins[0];
-  for (size_t c = 1; c < chunks; c++) bins_merge(&sum, &t.bins[c], m->count);
-  t.split = best_split(b, &sum, m);
-  *found = t.split.axis >= 0;
-  if (!*found) goto done;
-  for (size_t c = 0; c < chunks; c++) {
-    t.left_count[c] = left;
-    for (int i = 0; i < t.split.bin; i++) left += t.bins[c].count[t.split.axis][i];
-  }
-  t.left_count[chunks] = left;
-  const bool is_in_refs = r->refs >= b->refs && r->refs < b->refs + b->count;
-  t.target = is_in_refs ? b->spare + (r->refs - b->refs) : b->refs + (r->refs - b->spare);
-  ok = jobs_run(b->jobs, chunks, move_chunk, &t, b->cancel);
-  if (!ok) goto done;
-
   for (int side = 0; side < 2; side++) {
-    out[side] = range_empty(t.target + (side ? left : 0));
-    out[side].count = side ? r->count - left : left;
-    for (size_t c = 0; c < chunks; c++) {
-      bounds_add(&out[side].box, &t.parts[2 * c + side].box);
-      bounds_add(&out[side].centers, &t.parts[2 * c + side].centers);
-    }
+    Range *c = &child[side];
+    c->first = side ? r->first + r->split.left_count : r->first;
+    c->count = side ? r->count - r->split.left_count : r->split.left_count;
+    c->depth = r->depth + 1;
+    c->new_bins = 0;
+    c->box = r->split.box[side];
+    c->map = bin_map_below(&r->map, &r->split, side, c->count);
+    c->split.axis = -1;
   }
-done:
-  mem_free(t.left_count);
-  mem_free(t.parts);
-  return ok;
 }
 
-// b->top->chunk_bins is set while the top is split, and only then may threads work together on one range.
-static bool split_range(Build *b, const Range *r, bool in_half, Range out[2])
+// Adds the nodes of a split. False: no memory.
+static bool add_children(BinaryTree *t, const Range *r, Range child[2])
 {
-  bool found = false;
-  if (!in_half) {
-    const BinMap m = bin_map(r);
-    if (r->count >= TOGETHER) {
-      if (!split_together(b, r, &m, out, &found)) return false;
-    } else {
-      Bins bins;
-      bins_clear(&bins, m.count);
-      bins_add(&bins, &m, r->refs, r->count);
-      const Split s = best_split(b, &bins, &m);
-      found = s.axis >= 0;
-      if (found) partition_in_place(r, &m, s, out);
-    }
+  const uint32_t pair = tree_add_pair(t, r->node, r->count);
+  if (pair == UINT32_MAX) return false;
+  for (int side = 0; side < 2; side++) {
+    child[side].node = pair + (uint32_t)side;
+    node_set_box(&t->items[child[side].node], &child[side].box);
   }
-  if (!found) split_in_half(r, out);
-  out[0].area = bounds_half_area(&out[0].box);
-  out[1].area = bounds_half_area(&out[1].box);
   return true;
 }
 
-// --- nodes --------------------------------------------------------------------------------------
-
-// The child to split next: the one of largest area among those that must be split, then among those that may; when
-// splitting in half, the one with most references. -1: none.
-static int next_child(const Build *b, const Range *children, int count, bool in_half)
+// Puts the references on their side of the range's plane, keeping order: left ones to `left`, which may be where they
+// come from, right ones to `right`. Returns how many went left. Without a branch: sides are hard to predict.
+static uint32_t part(const Range *r, const BuildRef *refs, uint32_t count, BuildRef *left, BuildRef *right)
 {
-  const size_t limits[2] = {b->leaf_size, b->leaf_size / SMALL_LEAF_SHARE};
-  for (int round = 0; round < 2; round++) {
-    int best = -1;
-    for (int i = 0; i < count; i++) {
-      if (children[i].count <= limits[round] || children[i].count < 2) continue;
-      if (best < 0 || (in_half ? children[i].count > children[best].count : children[i].area > children[best].area)) {
-        best = i;
-      }
+  const int k = r->split.axis;
+  const float lo = r->map.lo[k], scale = r->map.scale[k], bin = (float)r->split.bin;
+  uint32_t lefts = 0, rights = 0;
+  for (uint32_t i = 0; i < count; i++) {
+    const float *f = (const float *)&refs[i];
+    const bool side = (f[k] + f[4 + k] - lo) * scale >= bin;
+    const BuildRef ref = refs[i];
+    left[lefts] = ref;
+    right[rights] = ref;
+    rights += side;
+    lefts += !side;
+  }
+  return lefts;
+}
+
+static void bins_add_all(Bins *bins, const BinMap *m, const BuildRef *refs, uint32_t count)
+{
+  for (uint32_t i = 0; i < count; i++) bins_add(bins, m, &refs[i]);
+}
+
+// The same, in place by way of `spare`, and each goes into its child's bins while it is at hand.
+static uint32_t part_and_bin(const Range *r, const Range child[2], BuildRef *refs, uint32_t count, BuildRef *spare,
+                             Bins bins[2])
+{
+  bins_clear(&bins[0], bin_count(&child[0].map));
+  bins_clear(&bins[1], bin_count(&child[1].map));
+  uint32_t lefts = 0, rights = 0;
+  for (uint32_t at = 0; at < count; at += 256) {
+    const uint32_t n = count - at < 256 ? count - at : 256;
+    const uint32_t left = part(r, refs + at, n, refs + lefts, spare + rights);
+    bins_add_all(&bins[0], &child[0].map, refs + lefts, left);
+    bins_add_all(&bins[1], &child[1].map, spare + rights, n - left);
+    lefts += left;
+    rights += n - left;
+  }
+  memcpy(refs + lefts, spare, rights * sizeof *refs);
+  return lefts;
+}
+
+static Bounds refs_bounds(const BuildRef *refs, size_t count)
+{
+  Bounds b = bounds_empty();
+  for (size_t i = 0; i < count; i++) bounds_add(&b, &refs[i]);
+  return b;
+}
+
+// No plane separates the centres, or the tree has become too deep for choice: half of them each, as they lie.
+static void split_in_half(const Build *b, Range *r, Range child[2])
+{
+  r->split = (Split){.axis = 0, .left_count = r->count - r->count / 2};
+  for (int side = 0; side < 2; side++) {
+    const BuildRef *refs = b->refs + r->first + (side ? r->split.left_count : 0);
+    r->split.box[side] = refs_bounds(refs, side ? r->count / 2 : r->split.left_count);
+  }
+  child_ranges(r, child);
+  for (int side = 0; side < 2; side++) {
+    child[side].map = bin_map(2 * child[side].box.lo, 2 * child[side].box.hi, child[side].count);
+  }
+}
+
+// Splits a range by one thread and chooses the splits of its children.
+static void split_range(const Build *b, Range *r, Range child[2], Scratch *s)
+{
+  BuildRef *refs = b->refs + r->first;
+  if (r->split.axis < 0 || r->depth >= MOST_SPLIT_DEPTH) {
+    split_in_half(b, r, child);
+    for (int side = 0; side < 2; side++) {
+      if (!needs_split(&child[side])) continue;
+      bins_fill(&s->bins[side], &child[side].map, b->refs + child[side].first, child[side].count);
+      choose_split(b, &child[side], &s->bins[side]);
     }
-    if (best >= 0) return best;
-  }
-  return -1;
-}
-
-// Cuts the range into at most eight children. Returns how many; 0: no memory or cancelled.
-static int split_children(Build *b, const Range *r, int depth, Range children[8])
-{
-  const bool in_half = depth >= MOST_SAH_DEPTH;
-  int count = 1;
-  children[0] = *r;
-  while (count < 8) {
-    const int i = next_child(b, children, count, in_half);
-    if (i < 0) break;
-    Range out[2];
-    if (!split_range(b, &children[i], in_half, out)) return 0;
-    children[i] = out[0];
-    children[count++] = out[1];
-  }
-  return count;
-}
-
-static Node8 node_of(const Range *children, int count)
-{
-  Node8 n = {0};
-  for (int i = 0; i < 8; i++) {
-    const Bounds box = i < count ? children[i].box : bounds_empty();
-    for (int k = 0; k < 3; k++) {
-      n.box[2 * k][i] = box.lo[k];
-      n.box[2 * k + 1][i] = box.hi[k];
-    }
-    n.child[i] = EMPTY_TREE;
-  }
-  return n;
-}
-
-// A range still to become a node, and the lane that waits for its number.
-typedef struct Pending {
-  Range range;
-  size_t node;
-  int lane, depth;
-} Pending;
-
-// Depth first with a stack of our own: one entry off, at most eight on, MOST_DEPTH levels (see tree.h).
-static void split_subtree(void *user, size_t item, int worker)
-{
-  (void)worker;
-  Build *b = user;
-  Subtree *s = &b->top->subtrees.items[item];
-  if (s->range.count <= b->leaf_size) {
-    s->leaf_count = 1;
     return;
   }
-  Pending stack[STACK_SIZE];
-  int height = 0;
-  stack[height++] = (Pending){s->range, SIZE_MAX, 0, s->depth};
-  while (height > 0 && !is_cancelled(b->cancel)) {
-    const Pending p = stack[--height];
-    Range children[8];
-    const int count = split_children(b, &p.range, p.depth, children);
-    const size_t node_i = s->nodes.count;
-    s->failed = count == 0 || !array_push(&s->nodes, node_of(children, count));
-    if (s->failed) return;
-    if (p.node != SIZE_MAX) s->nodes.items[p.node].child[p.lane] = (uint32_t)node_i;
-    for (int i = count - 1; i >= 0; i--) {
-      if (children[i].count > b->leaf_size) {
-        stack[height++] = (Pending){children[i], node_i, i, p.depth + 1};
-        continue;
-      }
-      s->nodes.items[node_i].child[i] = LEAF_BIT | (uint32_t)(children[i].refs - s->range.refs);
-      s->nodes.items[node_i].count[i] = (uint8_t)children[i].count;
-      s->leaf_count++;
-    }
+  child_ranges(r, child);
+  if (!needs_split(&child[0]) && !needs_split(&child[1])) {
+    const uint32_t lefts = part(r, refs, r->count, refs, s->spare);
+    memcpy(refs + lefts, s->spare, (r->count - lefts) * sizeof *refs);
+    return;
+  }
+  part_and_bin(r, child, refs, r->count, s->spare, s->bins);
+  for (int side = 0; side < 2; side++) {
+    if (needs_split(&child[side])) choose_split(b, &child[side], &s->bins[side]);
   }
 }
 
-// The nodes above the subtrees, in order of depth; each child is queued as a node or set aside as a subtree.
-static bool split_top(Build *b, const Range *all)
+// --- subtrees, side by side ---------------------------------------------------------------------
+
+static void make_leaf(const Build *b, BinaryNode *n, const Range *r)
 {
-  BuildTop *top = b->top;
-  ARRAY(Pending) queue = {0};
-  bool ok = array_push(&queue, (Pending){*all, SIZE_MAX, 0, 0});
-  for (size_t q = 0; ok && q < queue.count; q++) {
-    const Pending p = queue.items[q];
-    uint32_t code;
-    if (p.range.count <= SUBTREE) {
-      code = LEAF_BIT | (uint32_t)top->subtrees.count;
-      ok = array_push(&top->subtrees, (Subtree){.range = p.range, .depth = p.depth});
-    } else {
-      Range children[8];
-      const int count = split_children(b, &p.range, p.depth, children);
-      code = (uint32_t)top->nodes.count;
-      ok = count > 0 && array_push(&top->nodes, node_of(children, count));
-      for (int i = 0; ok && i < count; i++) {
-        ok = array_push(&queue, (Pending){children[i], code, i, p.depth + 1});
-      }
-    }
-    if (!ok) break;
-    if (p.node == SIZE_MAX) {
-      top->root = code;
-    } else {
-      top->nodes.items[p.node].child[p.lane] = code;
-    }
-  }
-  array_finish(&queue);
-  return ok;
+  node_set_leaf(n, r->first, r->count);
+  for (uint32_t i = 0; i < r->count; i++) b->top->prims[r->first + i] = ref_prim(&b->refs[r->first + i]);
 }
 
-static void measure_chunk(void *user, size_t chunk, int worker)
+// Depth first with a stack of our own: one range off, two on. False: no memory, or cancelled.
+static bool split_subtree(const Build *b, const Range *root, BinaryTree *t, Scratch *s)
+{
+  Range stack[MOST_BINARY_DEPTH + 2];
+  int height = 0;
+  stack[height++] = *root;
+  while (height > 0) {
+    Range r = stack[--height];
+    if (is_cancelled(b->cancel)) return false;
+    if (r.count <= b->leaf_size) {
+      make_leaf(b, &t->items[r.node], &r);
+    } else if (r.count <= SMALL && r.depth < MOST_SPLIT_DEPTH) {
+      if (!small_split(b, t, r.node, r.first, r.count)) return false;
+    } else {
+      split_range(b, &r, &stack[height], s);
+      if (!add_children(t, &r, &stack[height])) return false;
+      height += 2;
+    }
+  }
+  return true;
+}
+
+static void subtree_work(void *user, size_t item, int worker)
+{
+  Splitter *s = user;
+  Range r = s->subtrees.items[item];
+  Subtree *sub = &s->build->top->subtrees.items[item];
+  Scratch *own = scratch_of(s, worker, r.count, 0);
+  bool ok = own && array_reserve(&sub->tree, 3 * (size_t)r.count / s->build->leaf_size + 8);
+  if (ok) {
+    r.node = 0;
+    sub->tree.count = 1;
+    node_set_box(&sub->tree.items[0], &r.box);
+    ok = split_subtree(s->build, &r, &sub->tree, own);
+  }
+  ok = ok && (own = scratch_of(s, worker, 0, sub->tree.count));
+  if (ok) {
+    wide_collapse(s->build, &sub->tree, own->cost, false);
+    memcpy(sub->cost, own->cost[0], sizeof sub->cost);
+  } else {
+    atomic_store_explicit(&s->is_out_of_memory, true, memory_order_relaxed);
+  }
+}
+
+// --- large ranges, by all threads ---------------------------------------------------------------
+
+static bool cut_into_chunks(Splitter *s)
+{
+  size_t count = 0;
+  for (size_t i = 0; i < s->level.count; i++) count += (s->level.items[i].count + CHUNK - 1) / CHUNK;
+  if (!array_reserve(&s->chunks, count)) return false;
+  s->chunks.count = 0;
+  for (size_t i = 0; i < s->level.count; i++) {
+    const Range *r = &s->level.items[i];
+    for (uint32_t at = 0; at < r->count; at += CHUNK) {
+      Chunk *c = &s->chunks.items[s->chunks.count++];
+      c->range = (uint32_t)i;
+      c->first = r->first + at;
+      c->count = r->count - at < CHUNK ? r->count - at : CHUNK;
+    }
+  }
+  return true;
+}
+
+static void chunk_work(void *user, size_t item, int worker)
+{
+  Splitter *s = user;
+  Chunk *c = &s->chunks.items[item];
+  const Range *r = &s->level.items[c->range];
+  BuildRef *refs = s->build->refs + c->first;
+  if (r->split.axis < 0) {
+    bins_fill(&c->bins[0], &r->map, refs, c->count);
+    return;
+  }
+  const Scratch *own = scratch_of(s, worker, CHUNK, 0);
+  if (!own) return;
+  Range child[2];
+  child_ranges(r, child);
+  c->left_count = part_and_bin(r, child, refs, c->count, own->spare, c->bins);
+}
+
+static void swap_work(void *user, size_t item, int worker)
 {
   (void)worker;
-  Together *t = user;
-  Range part = range_empty(t->range->refs + chunk * CHUNK);
-  part.count = chunk_size(t->range, chunk);
-  range_measure(&part);
-  t->parts[chunk] = part;
+  const Splitter *s = user;
+  const Swap *w = &s->swaps.items[item];
+  BuildRef *a = s->build->refs + w->a, *b = s->build->refs + w->b;
+  for (uint32_t i = 0; i < w->count; i++) {
+    const BuildRef moved = a[i];
+    a[i] = b[i];
+    b[i] = moved;
+  }
 }
 
-static bool measure_all(Build *b, Range *all)
+// The references of a chunk that lie on the wrong side of the middle: its right ones below, its left ones above.
+static Swap misplaced(const Chunk *c, uint32_t middle, bool is_below)
+{
+  const uint32_t cut = c->first + c->left_count, end = c->first + c->count;
+  const uint32_t from = is_below ? cut : c->first > middle ? c->first : middle;
+  const uint32_t to = is_below ? (end < middle ? end : middle) : cut;
+  return (Swap){from, from, to > from ? to - from : 0};
+}
+
+// Pairs the misplaced runs of a range's chunks; there are as many on either side of the middle.
+static bool plan_swaps(Splitter *s, const Chunk *chunks, size_t chunk_count, uint32_t middle)
+{
+  size_t i = 0, j = 0;
+  Swap below = {0}, above = {0};
+  for (;;) {
+    while (below.count == 0 && i < chunk_count) below = misplaced(&chunks[i++], middle, true);
+    while (above.count == 0 && j < chunk_count) above = misplaced(&chunks[j++], middle, false);
+    if (below.count == 0 || above.count == 0) return true;
+    const uint32_t count = below.count < above.count ? below.count : above.count;
+    if (!array_push(&s->swaps, (Swap){below.a, above.a, count})) return false;
+    below.a += count;
+    below.count -= count;
+    above.a += count;
+    above.count -= count;
+  }
+}
+
+// A range goes on among the large ones, or alone: when it is small, or has nothing left to choose.
+static bool queue_range(Splitter *s, const Range *r)
+{
+  const bool is_large = r->count > s->subtree_size && r->depth < MOST_SPLIT_DEPTH;
+  return is_large ? array_push(&s->next, *r) : array_push(&s->subtrees, *r);
+}
+
+// Chooses a split from the bins, or asks for better ones: its axis is -1 then.
+static bool queue_binned(Splitter *s, Range *r, Bins *bins)
+{
+  if (needs_split(r)) {
+    const bool is_again = r->new_bins < MOST_NEW_BINS && bins_are_wasted(bins, &r->map, r->count);
+    r->new_bins++;
+    if (!is_again) r->split = bins_split(s->build, bins, &r->map, &r->box);
+    if (!is_again && r->split.axis < 0) return array_push(&s->subtrees, *r);
+  }
+  return queue_range(s, r);
+}
+
+// Takes a range's chunks together.
+static bool finish_range(Splitter *s, Range *r, Chunk *chunks, size_t chunk_count)
+{
+  Bins *bins = chunks[0].bins;
+  if (r->split.axis < 0) {
+    for (size_t i = 1; i < chunk_count; i++) bins_merge(&bins[0], &chunks[i].bins[0], bin_count(&r->map));
+    return queue_binned(s, r, &bins[0]);
+  }
+  Range child[2];
+  child_ranges(r, child);
+  if (!add_children(&s->build->top->tree, r, child)) return false;
+  for (int side = 0; side < 2; side++) {
+    const int n = bin_count(&child[side].map);
+    for (size_t i = 1; i < chunk_count; i++) bins_merge(&bins[side], &chunks[i].bins[side], n);
+    if (!queue_binned(s, &child[side], &bins[side])) return false;
+  }
+  return plan_swaps(s, chunks, chunk_count, child[1].first);
+}
+
+static bool split_level(Splitter *s)
+{
+  Build *b = s->build;
+  if (!cut_into_chunks(s) || !jobs_run(b->jobs, s->chunks.count, chunk_work, s, b->cancel)) return false;
+  if (atomic_load_explicit(&s->is_out_of_memory, memory_order_relaxed)) return false;
+  s->next.count = s->swaps.count = 0;
+  Chunk *c = s->chunks.items;
+  for (size_t i = 0; i < s->level.count; i++) {
+    Range *r = &s->level.items[i];
+    const size_t count = (r->count + CHUNK - 1) / CHUNK;
+    if (!finish_range(s, r, c, count)) return false;
+    c += count;
+  }
+  if (!jobs_run(b->jobs, s->swaps.count, swap_work, s, b->cancel)) return false;
+  const Ranges done = s->level;
+  s->level = s->next;
+  s->next = done;
+  return true;
+}
+
+// --- all of it ----------------------------------------------------------------------------------
+
+typedef struct Measure {
+  const Build *build;
+  struct {
+    Bounds box, centers;
+  } *parts; // one a chunk
+} Measure;
+
+static void measure_work(void *user, size_t item, int worker)
+{
+  (void)worker;
+  Measure *m = user;
+  const size_t first = item * CHUNK, left = m->build->count - first, count = left < CHUNK ? left : CHUNK;
+  Bounds box = bounds_empty(), centers = bounds_empty();
+  for (size_t i = first; i < first + count; i++) {
+    bounds_add(&box, &m->build->refs[i]);
+    bounds_add_point(&centers, ref_center(&m->build->refs[i]));
+  }
+  m->parts[item].box = box;
+  m->parts[item].centers = centers;
+}
+
+// The range of all references.
+static bool measure_all(const Build *b, Range *all)
 {
   const size_t chunks = (b->count + CHUNK - 1) / CHUNK;
-  Together t = {.range = all, .parts = mem_alloc(chunks, sizeof *t.parts)};
-  const bool ok = t.parts && jobs_run(b->jobs, chunks, measure_chunk, &t, b->cancel);
+  Measure m = {b, mem_alloc(chunks, sizeof *m.parts)};
+  const bool ok = m.parts && jobs_run(b->jobs, chunks, measure_work, &m, b->cancel);
+  Bounds centers = bounds_empty();
+  *all = (Range){.count = (uint32_t)b->count, .box = bounds_empty(), .split.axis = -1};
   for (size_t c = 0; ok && c < chunks; c++) {
-    bounds_add(&all->box, &t.parts[c].box);
-    bounds_add(&all->centers, &t.parts[c].centers);
+    bounds_add(&all->box, &m.parts[c].box);
+    bounds_add(&centers, &m.parts[c].centers);
   }
-  mem_free(t.parts);
-  all->area = bounds_half_area(&all->box);
+  mem_free(m.parts);
+  all->map = bin_map(centers.lo, centers.hi, b->count);
   return ok;
 }
 
-static bool build_failed(const Build *b, Err *err)
+// The root, and large ranges level by level until all are small.
+static bool split_top(Splitter *s)
 {
-  if (is_cancelled(b->cancel)) return err_set(err, ERR_CANCELLED, "building a tree was cancelled");
-  return err_memory(err, "building a tree", (unsigned long long)b->count * sizeof(BuildRef));
+  Build *b = s->build;
+  BinaryTree *t = &b->top->tree;
+  Range all;
+  if (!measure_all(b, &all) || !array_reserve(t, 1)) return false;
+  b->bounds = all.box;
+  t->count = 1;
+  node_set_box(&t->items[0], &all.box);
+  if (all.count > SMALL ? !array_push(&s->level, all) : !array_push(&s->subtrees, all)) return false;
+  while (s->level.count) {
+    if (!split_level(s)) return false;
+  }
+  return true;
+}
+
+static bool split_subtrees(Splitter *s)
+{
+  BuildTop *top = s->build->top;
+  if (!array_reserve(&top->subtrees, s->subtrees.count)) return false;
+  top->subtrees.count = s->subtrees.count;
+  memset(top->subtrees.items, 0, top->subtrees.count * sizeof *top->subtrees.items);
+  for (size_t i = 0; i < s->subtrees.count; i++) {
+    BinaryNode *n = &top->tree.items[s->subtrees.items[i].node];
+    n->link = (uint32_t)i;
+    n->bits = NODE_SUBTREE;
+  }
+  return jobs_run(s->build->jobs, s->subtrees.count, subtree_work, s, s->build->cancel) &&
+         !atomic_load_explicit(&s->is_out_of_memory, memory_order_relaxed);
+}
+
+static bool split_all(Splitter *s)
+{
+  Build *b = s->build;
+  b->top = mem_zero(1, sizeof *b->top);
+  s->scratch = mem_zero(s->worker_count, sizeof *s->scratch);
+  if (!b->top || !s->scratch) return false;
+  b->top->prims = mem_alloc(b->count, sizeof *b->top->prims);
+  if (!b->top->prims) return false;
+  const size_t share = b->count / 64;
+  s->subtree_size = (uint32_t)(share < LEAST_SUBTREE ? LEAST_SUBTREE : share > MOST_SUBTREE ? MOST_SUBTREE : share);
+  return split_top(s) && split_subtrees(s);
 }
 
 bool build_split(Build *b, Err *err)
 {
   b->bounds = bounds_empty();
   if (b->count == 0) return true;
-  b->top = mem_zero(1, sizeof *b->top);
-  Range all = range_empty(b->refs);
-  all.count = b->count;
-  if (!b->top || !measure_all(b, &all)) return build_failed(b, err);
-  b->bounds = all.box;
-  if (b->count >= TOGETHER) {
-    b->top->chunk_bins = mem_alloc((b->count + CHUNK - 1) / CHUNK, sizeof(Bins));
-    if (!b->top->chunk_bins) return build_failed(b, err);
-  }
-  const bool ok = split_top(b, &all) && jobs_run(b->jobs, b->top->subtrees.count, split_subtree, b, b->cancel);
-  if (!ok) return build_failed(b, err);
-
-  b->node_count = b->top->nodes.count;
-  b->leaf_count = 0;
-  for (size_t i = 0; i < b->top->subtrees.count; i++) {
-    Subtree *s = &b->top->subtrees.items[i];
-    if (s->failed) return build_failed(b, err);
-    s->first_node = b->node_count;
-    s->first_leaf = b->leaf_count;
-    b->node_count += s->nodes.count;
-    b->leaf_count += s->leaf_count;
-  }
-  return true;
-}
-
-// --- emitting -----------------------------------------------------------------------------------
-
-typedef struct Emit {
-  const Build *build;
-  Node8 *nodes;
-  LeafEmit *emit;
-  void *user;
-} Emit;
-
-static void emit_subtree(void *user, size_t item, int worker)
-{
-  (void)worker;
-  const Emit *e = user;
-  Subtree *s = &e->build->top->subtrees.items[item];
-  if (s->nodes.count == 0) {
-    s->root = LEAF_BIT | e->emit(e->user, s->first_leaf, s->range.refs, (uint32_t)s->range.count);
-    return;
-  }
-  s->root = (uint32_t)s->first_node;
-  size_t leaf_i = s->first_leaf;
-  for (size_t i = 0; i < s->nodes.count; i++) {
-    Node8 n = s->nodes.items[i];
-    for (int lane = 0; lane < 8; lane++) {
-      if (n.child[lane] == EMPTY_TREE) continue;
-      if (n.child[lane] & LEAF_BIT) {
-        const BuildRef *refs = s->range.refs + (n.child[lane] & ~LEAF_BIT);
-        n.child[lane] = LEAF_BIT | e->emit(e->user, leaf_i++, refs, n.count[lane]);
-      } else {
-        n.child[lane] += (uint32_t)s->first_node;
-      }
-    }
-    e->nodes[s->first_node + i] = n;
-  }
-}
-
-uint32_t build_emit(Build *b, Node8 *nodes, LeafEmit *emit, void *user)
-{
-  if (b->count == 0) return EMPTY_TREE;
-  const BuildTop *top = b->top;
-  Emit e = {b, nodes, emit, user};
-  jobs_run(b->jobs, top->subtrees.count, emit_subtree, &e, NULL);
-  for (size_t i = 0; i < top->nodes.count; i++) {
-    nodes[i] = top->nodes.items[i];
-    for (int lane = 0; lane < 8; lane++) {
-      const uint32_t code = nodes[i].child[lane];
-      if (code == EMPTY_TREE || !(code & LEAF_BIT)) continue;
-      const Subtree *s = &top->subtrees.items[code & ~LEAF_BIT];
-      nodes[i].child[lane] = s->root;
-      if (s->root & LEAF_BIT) nodes[i].count[lane] = (uint8_t)s->range.count;
-    }
-  }
-  return top->root & LEAF_BIT ? top->subtrees.items[top->root & ~LEAF_BIT].root : top->root;
+  Splitter s = {.build = b, .worker_count = (size_t)jobs_thread_count(b->jobs)};
+  bool ok = split_all(&s);
+  splitter_finish(&s);
+  mem_free(b->refs);
+  b->refs = NULL;
+  ok = ok && wide_plan(b);
+  if (ok) return true;
+  if (is_cancelled(b->cancel)) return err_set(err, ERR_CANCELLED, "building a tree was cancelled");
+  return err_memory(err, "building a tree", (unsigned long long)b->count * sizeof(BuildRef));
 }

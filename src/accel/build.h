@@ -1,11 +1,12 @@
-// Build: turns boxes into an eight-wide tree by binned surface-area splits (Wald, "On fast construction of SAH-based
-// bounding volume hierarchies", 2007; the wide nodes as Wald, Benthin, Boulos, "Getting rid of packets", 2008: the
-// child of largest area is split until there are eight). Knows neither triangles nor instances: the caller fills the
-// references and says what a leaf becomes.
+// Build: turns boxes into an eight-wide tree. Knows neither triangles nor instances: the caller fills the references
+// and says what a leaf becomes.
 //
-//   split (top by all threads together, then subtrees side by side) -> counts known -> caller allocates -> emit
+//   references -> split: a binary tree, by the surface-area heuristic     build.c, build_bins.h, build_small.c
+//              -> collapse: which binary nodes become wide ones, by cost  build_wide.c
+//              -> counts known, caller allocates -> emit                  build_wide.c
 //
-// The tree depends on the references alone: work is cut at fixed sizes, never by the number of threads.
+// The tree depends on the references alone: work is cut at sizes that depend on their number, never by the number of
+// threads, and whatever threads do side by side is put together in a fixed order.
 
 #ifndef RAYFOLD_ACCEL_BUILD_H
 #define RAYFOLD_ACCEL_BUILD_H
@@ -16,9 +17,9 @@
 typedef Bounds BuildRef;
 
 typedef struct Build {
-  BuildRef *refs, *spare; // owned; spare (for splits by many threads) only when count is large
+  BuildRef *refs; // owned; gone after build_split
   size_t count;
-  uint32_t leaf_size; // most primitives in a leaf, at most 8
+  uint32_t leaf_size; // most primitives in a leaf: 1, 2, 4 or 8
   Jobs *jobs;
   const Cancel *cancel;
   Bounds bounds;                 // of everything
@@ -28,17 +29,23 @@ typedef struct Build {
 
 // Room for so many references; the caller then fills refs[0..count), and may lower count. False: no memory.
 bool build_init(Build *b, size_t count, Err *err);
-bool build_split(Build *b, Err *err); // reorders refs; false: no memory or cancelled
+bool build_split(Build *b, Err *err); // false: no memory or cancelled
 void build_finish(Build *b);          // accepts zero
 
-// Makes the leaf with number leaf_i out of its references and returns the child code without LEAF_BIT. Called for
-// each leaf once, from several threads.
-typedef uint32_t LeafEmit(void *user, size_t leaf_i, const BuildRef *refs, uint32_t count);
+// Makes the leaf with number leaf_i of these primitives. Called for each leaf once, from several threads. Returns the
+// child code without LEAF_BIT.
+typedef uint32_t LeafEmit(void *user, size_t leaf_i, const uint32_t *prims, uint32_t count);
 
 // Writes node_count nodes; returns the root's child code. EMPTY_TREE when there is nothing.
 uint32_t build_emit(Build *b, Node8 *nodes, LeafEmit *emit, void *user);
 
-static inline void ref_set_prim(BuildRef *r, uint32_t prim) { memcpy((char *)&r->lo + 12, &prim, 4); }
+static inline BuildRef ref_of(const Bounds *box, uint32_t prim)
+{
+  BuildRef r = *box;
+  r.hi[3] = 0;
+  memcpy((char *)&r.lo + 12, &prim, 4);
+  return r;
+}
 
 static inline uint32_t ref_prim(const BuildRef *r)
 {

@@ -46,10 +46,8 @@ static void gather_chunk(void *user, size_t chunk, int worker)
   for (size_t i = chunk * CHUNK; i < end; i++) {
     Vec3 v[3];
     if (!triangle_corners(in, i, v)) continue;
-    *out = bounds_empty();
-    for (int c = 0; c < 3; c++) bounds_add_point(out, v[c]);
-    out->hi[3] = 0;
-    ref_set_prim(out++, (uint32_t)i);
+    const Bounds box = {lanes_min(lanes_min(v[0], v[1]), v[2]), lanes_max(lanes_max(v[0], v[1]), v[2])};
+    *out++ = ref_of(&box, (uint32_t)i);
   }
   in->kept[chunk] = (size_t)(out - (in->build->refs + chunk * CHUNK));
 }
@@ -65,20 +63,21 @@ static bool gather(MeshInput *in, Err *err)
   const bool ok = jobs_run(b->jobs, chunks, gather_chunk, in, b->cancel);
   b->count = 0;
   for (size_t c = 0; ok && c < chunks; c++) {
-    memmove(b->refs + b->count, b->refs + c * CHUNK, in->kept[c] * sizeof *b->refs);
+    BuildRef *from = b->refs + c * CHUNK, *to = b->refs + b->count;
+    if (to != from) memmove(to, from, in->kept[c] * sizeof *from);
     b->count += in->kept[c];
   }
   mem_free(in->kept);
   return ok || err_set(err, ERR_CANCELLED, "building a tree was cancelled");
 }
 
-static uint32_t emit_block(void *user, size_t leaf_i, const BuildRef *refs, uint32_t count)
+static uint32_t emit_block(void *user, size_t leaf_i, const uint32_t *prims, uint32_t count)
 {
   const MeshInput *in = user;
   Tri8 *block = &in->tree->blocks[leaf_i];
   for (uint32_t lane = 0; lane < 8; lane++) {
     Vec3 v[3] = {v3_all(NAN), v3_all(NAN), v3_all(NAN)};
-    block->prim[lane] = lane < count ? ref_prim(&refs[lane]) : NO_HIT;
+    block->prim[lane] = lane < count ? prims[lane] : NO_HIT;
     if (lane < count) triangle_corners(in, block->prim[lane], v);
     for (int c = 0; c < 3; c++) {
       for (int k = 0; k < 3; k++) block->v[c][k][lane] = v[c][k];

@@ -1,0 +1,75 @@
+// The binary tree between splitting and collapsing, as the files build*.c share it. Not for anyone else.
+//
+// It is kept in pieces: the nodes above (BuildTop), and one piece for each subtree that one thread built alone. A piece
+// is an array in which a node's two children are neighbours and come after it.
+
+#ifndef RAYFOLD_ACCEL_BUILD_TREE_H
+#define RAYFOLD_ACCEL_BUILD_TREE_H
+
+#include "accel/build.h"
+#include "base/array.h"
+
+// Splits of any shape are made down to MOST_SPLIT_DEPTH levels of binary nodes, then ranges are halved. A range of up
+// to SMALL references may add SMALL - 1 levels, one of 2^31 halved 31. See build_wide.c for what that means in levels
+// of wide nodes.
+enum { SMALL = 32, MOST_SPLIT_DEPTH = 72, MOST_BINARY_DEPTH = MOST_SPLIT_DEPTH + 31 };
+
+typedef struct BinaryNode {
+  float lo[3];
+  uint32_t link; // inner: its left child in the piece; leaf: its first primitive in BuildTop.prims; or a subtree
+  float hi[3];
+  uint32_t bits; // NODE_ bits, and what build_wide.c decides
+} BinaryNode;
+_Static_assert(sizeof(BinaryNode) == 32, "two siblings a cache line");
+
+// The lowest four bits hold the number of primitives below if that is at most 8, and 0 if it is more.
+enum { NODE_COUNT = 15, NODE_INNER = 16, NODE_SUBTREE = 32 };
+
+typedef ARRAY(BinaryNode) BinaryTree;
+
+typedef struct Subtree {
+  BinaryTree tree;
+  float cost[8]; // of its root, by build_wide.c
+} Subtree;
+
+typedef struct BuildTop {
+  BinaryTree tree; // its leaves have NODE_SUBTREE
+  ARRAY(Subtree) subtrees;
+  uint32_t *prims;        // owned: the primitives in the order of the leaves
+  struct WideTop *wide;   // of build_wide.c
+} BuildTop;
+
+static inline void node_set_box(BinaryNode *n, const Bounds *box)
+{
+  v3_store(n->lo, box->lo);
+  v3_store(n->hi, box->hi);
+}
+
+static inline void node_set_leaf(BinaryNode *n, uint32_t first, uint32_t count)
+{
+  n->link = first;
+  n->bits = count;
+}
+
+// Adds two nodes, both children of the parent; returns the number of the first. UINT32_MAX: no memory.
+static inline uint32_t tree_add_pair(BinaryTree *t, uint32_t parent, uint32_t prim_count)
+{
+  if (!array_reserve(t, t->count + 2)) return UINT32_MAX;
+  const uint32_t first = (uint32_t)t->count;
+  t->count += 2;
+  t->items[parent].link = first;
+  t->items[parent].bits = NODE_INNER | (prim_count <= 8 ? prim_count : 0);
+  return first;
+}
+
+// build_small.c: makes the subtree of refs[first .. first + count), at most SMALL of them, below `node`, whose box is
+// set, and writes their primitives. False: no memory.
+bool small_split(const Build *b, BinaryTree *t, uint32_t node, uint32_t first, uint32_t count);
+
+// build_wide.c. Decides for one piece what becomes of it; cost has room for a row a node.
+void wide_collapse(const Build *b, BinaryTree *t, float (*cost)[8], bool by_depth);
+// The nodes above the subtrees, then the numbering of everything. False: no memory.
+bool wide_plan(Build *b);
+void wide_finish(struct WideTop *w); // accepts NULL
+
+#endif

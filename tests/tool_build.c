@@ -1,0 +1,277 @@
+// How fast is a mesh's tree built, and how good is it? Not a test: a tool to run by hand.
+//
+//   tool_build [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]
+//
+// For the mesh one line, times being wall time, bytes a triangle kept by the tree and at most during the build:
+//   build,rayfold,MESH,TRIANGLES,QUALITY,THREADS,BEST s,MEDIAN s,BEST Mtri/s,MEDIAN Mtri/s,KEPT,PEAK,NODE SAH,LEAF SAH
+// The cost (SAH) is the expected number of nodes and of leaf blocks a random line through the scene's box visits:
+// areas of their boxes over that of the scene's, summed (Goldsmith and Salmon 1987; MacDonald and Booth 1990).
+// For each ray file one line, Mrays/s being thread CPU time on one thread:
+//   rays,rayfold,MESH,QUALITY,RAYS,NODES a ray,BLOCKS a ray,BEST Mrays/s,FLIPS,FAR
+// FLIPS and FAR as the file's stored hits say: hit against miss, and distances that differ by 1e-4 and more.
+
+#include "accel/traverse.h"
+#include "base/mem.h"
+#include "render/hot.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+typedef struct MeshFile {
+  uint64_t vertex_count, triangle_count;
+  float *positions;
+  uint32_t *triangles;
+  const char *name;
+} MeshFile;
+
+typedef struct RayFile {
+  uint32_t is_any;
+  uint64_t count;
+  char name[32];
+  PackedRay *rays;
+  struct {
+    float t;
+    uint32_t prim;
+    float uv[2];
+  } *hits;
+} RayFile;
+
+typedef struct Options {
+  int threads, repeats;
+  IsaLevel level;
+} Options;
+
+static void die(const char *what, const char *name)
+{
+  fprintf(stderr, "%s: %s\n", name, what);
+  exit(1);
+}
+
+static void *read_items(FILE *f, size_t count, size_t size, const char *name)
+{
+  void *items = mem_alloc(count, size);
+  if (!items) die("no memory", name);
+  if (fread(items, size, count, f) != count) die("is cut short", name);
+  return items;
+}
+
+static FILE *open_file(const char *path, const char *magic)
+{
+  char head[8];
+  FILE *f = fopen(path, "rb");
+  if (!f) die("cannot be opened", path);
+  if (fread(head, 8, 1, f) != 1 || memcmp(head, magic, 8)) die("is not such a file", path);
+  return f;
+}
+
+static MeshFile read_mesh(const char *path)
+{
+  FILE *f = open_file(path, "RTBMESH1");
+  MeshFile m = {.name = strrchr(path, '/') ? strrchr(path, '/') + 1 : path};
+  if (fread(&m.vertex_count, 8, 2, f) != 2) die("is cut short", path);
+  m.positions = read_items(f, 3 * m.vertex_count, sizeof *m.positions, path);
+  m.triangles = read_items(f, 3 * m.triangle_count, sizeof *m.triangles, path);
+  fclose(f);
+  return m;
+}
+
+static RayFile read_rays(const char *path)
+{
+  RayFile r = {0};
+  FILE *f = open_file(path, "RTBRAYS1");
+  uint64_t triangles;
+  uint32_t coherent;
+  const bool ok = fread(&r.is_any, 4, 1, f) == 1 && fread(&coherent, 4, 1, f) == 1 && fread(&r.count, 8, 1, f) == 1 &&
+                  fread(&triangles, 8, 1, f) == 1 && fread(r.name, 32, 1, f) == 1;
+  if (!ok) die("is cut short", path);
+  r.rays = read_items(f, r.count, sizeof *r.rays, path);
+  r.hits = read_items(f, r.count, sizeof *r.hits, path);
+  fclose(f);
+  return r;
+}
+
+static double seconds(clockid_t clock)
+{
+  struct timespec t;
+  clock_gettime(clock, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int by_value(const void *a, const void *b)
+{
+  const double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+static MeshTree *build(const MeshFile *m, Jobs *jobs)
+{
+  Err err = {0};
+  MeshTree *t =
+      mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, jobs, NULL, &err);
+  if (!t) die(err.text, m->name);
+  return t;
+}
+
+// --- cost ---------------------------------------------------------------------------------------
+
+static double lane_area(const Node8 *n, int lane)
+{
+  const Bounds b = {v3(n->box[0][lane], n->box[1][lane], n->box[2][lane]),
+                    v3(n->box[3][lane], n->box[4][lane], n->box[5][lane])};
+  return bounds_half_area(&b);
+}
+
+static void tree_cost(const MeshTree *t, double *nodes, double *leaves)
+{
+  const double all = bounds_half_area(&t->bounds);
+  *nodes = t->node_count ? 1 : 0;
+  *leaves = t->node_count ? 0 : 1;
+  for (size_t i = 0; i < t->node_count; i++) {
+    for (int lane = 0; lane < 8; lane++) {
+      const uint32_t code = t->nodes[i].child[lane];
+      if (code == EMPTY_TREE) continue;
+      *(code & LEAF_BIT ? leaves : nodes) += lane_area(&t->nodes[i], lane) / all;
+    }
+  }
+}
+
+// --- memory -------------------------------------------------------------------------------------
+
+static double status_bytes(const char *key)
+{
+  char line[256];
+  double kilobytes = 0;
+  FILE *f = fopen("/proc/self/status", "r");
+  while (f && fgets(line, sizeof line, f)) {
+    if (!strncmp(line, key, strlen(key))) kilobytes = strtod(line + strlen(key), NULL);
+  }
+  if (f) fclose(f);
+  return 1024 * kilobytes;
+}
+
+// Resident memory at its highest during a build, beyond what was there before: in a process of its own.
+static double peak_bytes(const MeshFile *m, int threads)
+{
+  int pipe_ends[2];
+  double bytes = 0;
+  if (pipe(pipe_ends)) return 0;
+  const pid_t child = fork();
+  if (child == 0) {
+    FILE *reset = fopen("/proc/self/clear_refs", "w");
+    if (reset) {
+      fputs("5", reset);
+      fclose(reset);
+    }
+    const double before = status_bytes("VmRSS:");
+    Jobs *jobs = jobs_create(threads, NULL);
+    MeshTree *t = build(m, jobs);
+    bytes = status_bytes("VmHWM:") - before;
+    mesh_tree_release(t);
+    _exit(write(pipe_ends[1], &bytes, sizeof bytes) != sizeof bytes);
+  }
+  if (child < 0 || read(pipe_ends[0], &bytes, sizeof bytes) != sizeof bytes) bytes = 0;
+  waitpid(child, NULL, 0);
+  return bytes;
+}
+
+// --- rays ---------------------------------------------------------------------------------------
+
+static void measure_rays(const MeshFile *m, MeshTree *tree, const char *path, const Options *o)
+{
+  RayFile r = read_rays(path);
+  const Instance one = {.world_from_object = frame_identity(), .object_from_world = frame_identity(), .mesh = tree,
+                        .kind = INSTANCE_MESH, .mask = RAY_ALL, .is_identity = true};
+  Accel *a = accel_build(&one, 1, NULL, NULL, NULL);
+  const HotTable *hot = hot_table(o->level);
+  Hit *hits = mem_alloc(r.count, sizeof *hits);
+  uint8_t *blocked = mem_alloc(r.count, sizeof *blocked);
+  if (!a || !hits || !blocked) die("no memory", path);
+
+  double best = INFINITY;
+  for (int i = 0; i <= o->repeats; i++) { // the first run warms the caches
+    const double start = seconds(CLOCK_THREAD_CPUTIME_ID);
+    if (r.is_any) hot->any_n(a, r.rays, blocked, r.count);
+    else hot->closest_n(a, r.rays, hits, r.count);
+    const double time = seconds(CLOCK_THREAD_CPUTIME_ID) - start;
+    if (i && time < best) best = time;
+  }
+
+  RayCounters c = {0};
+  uint64_t flips = 0, far = 0;
+  const double size = sqrt(2 * bounds_half_area(&tree->bounds));
+  for (uint64_t i = 0; i < r.count; i++) {
+    const Ray ray = {v3_load(r.rays[i].o), v3_load(r.rays[i].d), r.rays[i].tmin, r.rays[i].tmax};
+    Hit hit = {0};
+    const bool found = r.is_any ? accel_any(a, &ray, RAY_ALL, NULL, NULL, &c)
+                                : accel_closest(a, &ray, RAY_ALL, NULL, NULL, &c, &hit);
+    const bool expected = r.hits[i].prim != NO_HIT;
+    flips += found != expected;
+    if (found && expected && !r.is_any) far += fabs(hit.t - r.hits[i].t) > 1e-4 * fmax(r.hits[i].t, 1e-3 * size);
+  }
+  printf("rays,rayfold,%s,fast,%s,%.3f,%.3f,%.3f,%llu,%llu\n", m->name, r.name, (double)c.nodes / (double)r.count - 1,
+         (double)c.prims / (double)r.count, 1e-6 * (double)r.count / best, (unsigned long long)flips,
+         (unsigned long long)far);
+  fflush(stdout);
+  accel_destroy(a);
+  mem_free(hits);
+  mem_free(blocked);
+  mem_free(r.rays);
+  mem_free(r.hits);
+}
+
+static MeshTree *measure_build(const MeshFile *m, const Options *o)
+{
+  enum { MOST_REPEATS = 100 };
+  double times[MOST_REPEATS];
+  const int repeats = o->repeats < MOST_REPEATS ? o->repeats : MOST_REPEATS;
+  const double peak = peak_bytes(m, o->threads);
+  Jobs *jobs = jobs_create(o->threads, NULL);
+  MeshTree *tree = NULL;
+  for (int i = 0; i < repeats; i++) {
+    mesh_tree_release(tree);
+    const double start = seconds(CLOCK_MONOTONIC);
+    tree = build(m, jobs);
+    times[i] = seconds(CLOCK_MONOTONIC) - start;
+  }
+  qsort(times, (size_t)repeats, sizeof *times, by_value);
+  double nodes, leaves;
+  tree_cost(tree, &nodes, &leaves);
+  const double n = (double)m->triangle_count, median = times[repeats / 2];
+  printf("build,rayfold,%s,%.0f,fast,%d,%.4f,%.4f,%.2f,%.2f,%.1f,%.1f,%.3f,%.3f\n", m->name, n, o->threads, times[0],
+         median, 1e-6 * n / times[0], 1e-6 * n / median, (double)mesh_tree_bytes(tree) / n, peak / n, nodes, leaves);
+  fflush(stdout);
+  jobs_destroy(jobs);
+  return tree;
+}
+
+static IsaLevel level_named(const char *name)
+{
+  for (int i = 0; i < ISA_COUNT; i++) {
+    if (!strcmp(isa_names[i], name)) return (IsaLevel)i;
+  }
+  die("no such level", name);
+  return ISA_REF;
+}
+
+int main(int argc, char **argv)
+{
+  Options o = {1, 5, cpu_best_isa()};
+  int i;
+  while ((i = getopt(argc, argv, "t:n:i:")) != -1) {
+    if (i == 't') o.threads = atoi(optarg);
+    else if (i == 'n') o.repeats = atoi(optarg) > 0 ? atoi(optarg) : 1;
+    else if (i == 'i') o.level = level_named(optarg);
+    else return 64;
+  }
+  if (optind >= argc) die("usage: [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]", argv[0]);
+  MeshFile m = read_mesh(argv[optind++]);
+  MeshTree *tree = measure_build(&m, &o);
+  for (; optind < argc; optind++) measure_rays(&m, tree, argv[optind], &o);
+  mesh_tree_release(tree);
+  mem_free(m.positions);
+  mem_free(m.triangles);
+  return 0;
+}
