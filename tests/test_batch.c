@@ -79,7 +79,7 @@ static int ask_all(Asked *q, const Accel *a, size_t count, RayMask mask, HitFilt
     wrong += hit && (got->instance != expected.instance || got->prim != expected.prim ||
                      memcmp(&got->t, &expected.t, 4) || memcmp(&got->u, &expected.u, 4) ||
                      memcmp(&got->v, &expected.v, 4));
-    wrong += !hit && memcmp(&got->t, &ray.tmax, 4);
+    wrong += !hit && (memcmp(&got->t, &ray.tmax, 4) || got->u != 0 || got->v != 0 || got->prim != 0);
   }
   return wrong;
 }

@@ -31,8 +31,7 @@ static inline void batch_answer(const Batch *b, size_t ray_i, const Hit *best, b
     b->blocked[ray_i] = found;
     return;
   }
-  b->hits[ray_i] = *best;
-  if (!found) b->hits[ray_i].t = b->rays[ray_i].tmax;
+  b->hits[ray_i] = found ? *best : (Hit){.t = b->rays[ray_i].tmax, .instance = NO_HIT};
 }
 
 #endif
