@@ -3,6 +3,7 @@
 
 #include "tests/test.h"
 
+#include "world/merge.h"
 #include "world/parts.h"
 #include "world/world.h"
 
@@ -27,6 +28,14 @@ static int32_t add_square(Scene *s, int32_t material)
   s->objects.items[object].shape.mesh_i = mesh;
   s->objects.items[object].common.material = material;
   return object;
+}
+
+static void set_scale(Scene *s, int32_t object, float x, float y, float z)
+{
+  float *scale = s->objects.items[object].common.scale;
+  scale[0] = x;
+  scale[1] = y;
+  scale[2] = z;
 }
 
 static int32_t add_emission(Scene *s, float strength)
@@ -65,6 +74,39 @@ TEST(the_next_world_shares_what_did_not_change)
   world_release(first);
   CHECK(second->instances[0].mesh.positions[3] == 1);
   world_release(second);
+}
+
+static double merged_area(const MeshData *m)
+{
+  double area = 0;
+  for (size_t t = 0; t < m->triangle_count; t++) {
+    const uint32_t *v = m->triangles + 3 * t;
+    const Vec3 a = v3_load(m->positions + 3 * v[0]), b = v3_load(m->positions + 3 * v[1]),
+               c = v3_load(m->positions + 3 * v[2]), n = v3_cross(b - a, c - a);
+    CHECK(v3_dot(n, v3_load(m->normals + 3 * v[0])) > 0); // the winding says the same as the normals
+    area += (double)v3_length(n) / 2;
+  }
+  return area;
+}
+
+TEST(merging_lays_down_every_surface)
+{
+  Err err = {0};
+  Scene *s = scene_create(&err);
+  add_square(s, -1);                         // of area 4
+  set_scale(s, add_square(s, -1), -1, 2, 1); // a mirrored one of 8
+  set_scale(s, scene_add_object(s, SHAPE_QUAD, NULL), 3, 1, 1);
+  scene_add_object(s, SHAPE_SPHERE, NULL);
+  scene_add_light(s, LIGHT_RECT, NULL); // is not a thing
+  World *w = world_prepare(s, NULL, NULL, NULL, NULL, &err);
+  MeshData *m = w ? world_merge(w, &err) : NULL;
+  CHECK_MSG(m, "%s", err.text);
+  const float *quad = s->objects.items[2].shape.quad.size;
+  const double r = (double)s->objects.items[3].shape.sphere.radius, pi = 3.14159265358979;
+  if (m) CHECK_NEAR(merged_area(m), 4 + 8 + 3 * quad[0] * quad[1] + 4 * pi * r * r, 0.03 * r * r);
+  mesh_data_release(m);
+  world_release(w);
+  scene_destroy(s);
 }
 
 TEST(models_inside_models_are_laid_flat)

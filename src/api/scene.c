@@ -279,18 +279,26 @@ rf_object rf_add(rf_scene *s, const char *shape, const char *name)
   return api_fail(&err) ? object_handle(s, object) : none;
 }
 
+// Ids rise along the list: objects join at its end, and an undo puts one back where it was.
 static Object *find_object(const rf_scene *s, uint32_t id)
 {
-  for (size_t i = 0; s && id && i < s->scene->objects.count; i++)
-    if (s->scene->objects.items[i].id == id) return &s->scene->objects.items[i];
+  Object *items = s ? s->scene->objects.items : NULL;
+  size_t low = 0, high = s ? s->scene->objects.count : 0;
+  while (low < high) {
+    const size_t middle = low + (high - low) / 2;
+    if (items[middle].id == id) return &items[middle];
+    if (items[middle].id < id)
+      low = middle + 1;
+    else
+      high = middle;
+  }
   return NULL;
 }
 
 rf_object rf_find(const rf_scene *s, const char *name)
 {
-  for (size_t i = 0; s && name && i < s->scene->objects.count; i++)
-    if (text_equal(s->scene->objects.items[i].name, name)) return (rf_object){s->scene->objects.items[i].id};
-  return (rf_object){0};
+  return s ? object_handle(s, section_index(s->scene, section_find(group_object.name), name))
+           : (rf_object){0};
 }
 
 bool rf_move(rf_scene *s, rf_object o, rf_frame f)

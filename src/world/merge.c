@@ -19,19 +19,31 @@ static bool is_light(const World *w, size_t i)
   return accel_instances(w->accel)[i].kind != INSTANCE_MESH && m->kind == SURFACE_EMISSION && m->needs_filter;
 }
 
-static const MeshData *mesh_of(const World *w, size_t i)
+// The data of each instance that is a mesh: an instance knows the arrays, the parts know whose they are. Found by a
+// table, since a world may have as many meshes as instances. NULL: memory is out.
+static const MeshData **list_meshes(const World *w)
 {
-  const TriangleMesh *m = &w->instances[i].mesh;
   const WorldParts *parts = w->parts;
-  for (size_t k = 0; k < parts->meshes.count; k++)
-    if (parts->meshes.items[k].data->positions == m->positions) return parts->meshes.items[k].data;
+  const MeshData **meshes = mem_zero(w->instance_count, sizeof *meshes);
+  Table found = {0};
+  bool ok = meshes;
+  for (size_t k = 0; ok && k < parts->meshes.count; k++)
+    ok = table_add(&found, (uintptr_t)parts->meshes.items[k].data->positions, (int32_t)k);
+  for (size_t i = 0; ok && i < w->instance_count; i++) {
+    size_t step = 0;
+    const int32_t *k = table_next(&found, (uintptr_t)w->instances[i].mesh.positions, &step);
+    meshes[i] = k ? parts->meshes.items[*k].data : NULL;
+  }
+  table_finish(&found);
+  if (ok) return meshes;
+  mem_free(meshes);
   return NULL;
 }
 
-static Size shape_size(const World *w, size_t i)
+static Size shape_size(const World *w, size_t i, const MeshData *mesh)
 {
   switch ((InstanceKind)accel_instances(w->accel)[i].kind) {
-  case INSTANCE_MESH: return (Size){mesh_of(w, i)->vertex_count, mesh_of(w, i)->triangle_count};
+  case INSTANCE_MESH: return (Size){mesh->vertex_count, mesh->triangle_count};
   case INSTANCE_SPHERE: return (Size){(AROUND + 1) * (DOWN + 1), 2 * AROUND * (DOWN - 1)};
   case INSTANCE_QUAD: return (Size){4, 2};
   case INSTANCE_DISK: return (Size){AROUND + 1, AROUND};
@@ -132,12 +144,12 @@ static void put_disk(Merging *m, float radius)
   for (size_t i = 0; i < AROUND; i++) put_triangle(m, base, 0, 1 + i, 1 + (i + 1) % AROUND);
 }
 
-static bool put_instance(Merging *m, const World *w, size_t i)
+static bool put_instance(Merging *m, const World *w, size_t i, const MeshData *mesh)
 {
   m->instance = &accel_instances(w->accel)[i];
   m->is_mirrored = frame_determinant(&m->instance->world_from_object) < 0;
   switch ((InstanceKind)m->instance->kind) {
-  case INSTANCE_MESH: return put_mesh(m, mesh_of(w, i));
+  case INSTANCE_MESH: return put_mesh(m, mesh);
   case INSTANCE_SPHERE: put_sphere(m, m->instance->size[0]); return true;
   case INSTANCE_QUAD: put_quad(m, m->instance->size[0], m->instance->size[1]); return true;
   case INSTANCE_DISK: put_disk(m, m->instance->size[0]); return true;
@@ -145,34 +157,57 @@ static bool put_instance(Merging *m, const World *w, size_t i)
   unreachable();
 }
 
-MeshData *world_merge(const World *w, Err *err)
+static Size whole_size(const World *w, const MeshData *const *meshes)
 {
   Size size = {0};
   for (size_t i = 0; i < w->instance_count; i++) {
-    const Size s = is_light(w, i) ? (Size){0} : shape_size(w, i);
+    const Size s = is_light(w, i) ? (Size){0} : shape_size(w, i, meshes[i]);
     size.vertices += s.vertices;
     size.triangles += s.triangles;
   }
-  if (!size.triangles) return err_set(err, ERR_BAD_SCENE, "the scene has no surfaces to write"), NULL;
-  if (size.vertices > UINT32_MAX)
-    return err_set(err, ERR_BAD_SCENE, "the scene has %zu vertices; one mesh holds at most %u", size.vertices, UINT32_MAX),
-           NULL;
+  return size;
+}
+
+static bool check_size(Size size, Err *err)
+{
+  if (!size.triangles) return err_set(err, ERR_BAD_SCENE, "the scene has no surfaces to write");
+  return size.vertices <= UINT32_MAX ||
+         err_set(err, ERR_BAD_SCENE, "the scene has %zu vertices; one mesh holds at most %u", size.vertices,
+                 UINT32_MAX);
+}
+
+static MeshData *create_sized(Size size)
+{
   MeshData *out = mesh_data_create();
-  bool ok = out;
-  if (out) {
-    out->vertex_count = size.vertices;
-    out->triangle_count = size.triangles;
-    out->positions = mem_alloc(size.vertices, 3 * sizeof(float));
-    out->normals = mem_alloc(size.vertices, 3 * sizeof(float));
-    out->texcoords[0] = mem_alloc(size.vertices, 2 * sizeof(float));
-    out->triangles = mem_alloc(size.triangles, 3 * sizeof(uint32_t));
-    ok = out->positions && out->normals && out->texcoords[0] && out->triangles;
-  }
-  Merging m = {.out = out};
-  for (size_t i = 0; ok && i < w->instance_count; i++)
-    if (!is_light(w, i)) ok = put_instance(&m, w, i);
-  if (ok) return out;
+  if (!out) return NULL;
+  out->vertex_count = size.vertices;
+  out->triangle_count = size.triangles;
+  out->positions = mem_alloc(size.vertices, 3 * sizeof(float));
+  out->normals = mem_alloc(size.vertices, 3 * sizeof(float));
+  out->texcoords[0] = mem_alloc(size.vertices, 2 * sizeof(float));
+  out->triangles = mem_alloc(size.triangles, 3 * sizeof(uint32_t));
+  if (out->positions && out->normals && out->texcoords[0] && out->triangles) return out;
   mesh_data_release(out);
-  err_memory(err, "the merged mesh", 32ull * size.vertices);
   return NULL;
+}
+
+MeshData *world_merge(const World *w, Err *err)
+{
+  const MeshData **meshes = w->instance_count ? list_meshes(w) : NULL;
+  if (w->instance_count && !meshes) return err_memory(err, "the merged mesh", 8 * w->instance_count), NULL;
+  const Size size = whole_size(w, meshes);
+  Merging m = {0};
+  if (check_size(size, err)) {
+    m.out = create_sized(size);
+    bool ok = m.out;
+    for (size_t i = 0; ok && i < w->instance_count; i++)
+      ok = is_light(w, i) || put_instance(&m, w, i, meshes[i]);
+    if (!ok) {
+      err_memory(err, "the merged mesh", 32ull * size.vertices);
+      mesh_data_release(m.out);
+      m.out = NULL;
+    }
+  }
+  mem_free(meshes);
+  return m.out;
 }

@@ -132,13 +132,6 @@ static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t m
 }
 
 // --- sources --------------------------------------------------------------------------------------
-static Source *find_source(Prepare *p, const Scene *scene)
-{
-  for (size_t i = 0; i < p->sources.count; i++)
-    if (p->sources.items[i].scene == scene) return &p->sources.items[i];
-  return NULL;
-}
-
 static int32_t *index_table(Prepare *p, size_t count)
 {
   int32_t *table = arena_alloc(&p->scratch, count + 1, sizeof *table);
@@ -158,14 +151,15 @@ static bool add_source(Prepare *p, const Scene *scene)
   return prepare_materials(p, &s) && (array_push(&p->sources, s) || prepare_failed_memory(p));
 }
 
-// Breadth first: the list of sources is the queue.
+// Breadth first: the list of sources is the queue. Each scene owns its models, so none is met twice.
 bool prepare_sources(Prepare *p, const Scene *scene)
 {
   if (!add_source(p, scene)) return false;
   for (size_t k = 0; k < p->sources.count; k++) {
     const Scene *s = p->sources.items[k].scene;
+    p->sources.items[k].model_base = (uint32_t)p->sources.count;
     for (size_t i = 0; i < s->models.count; i++)
-      if (!find_source(p, s->models.items[i].scene) && !add_source(p, s->models.items[i].scene)) return false;
+      if (!add_source(p, s->models.items[i].scene)) return false;
   }
   return true;
 }
@@ -175,7 +169,7 @@ static Level enter(const Prepare *p, const Level *level, const Object *o, int32_
 {
   const Frame own = object_frame(&o->common);
   Level below = {.frame = frame_product(&level->frame, &own), .material = material, .mask = level->mask};
-  below.source = find_source((Prepare *)(size_t)p, level->source->scene->models.items[o->shape.model_i].scene);
+  below.source = &p->sources.items[level->source->model_base + (uint32_t)o->shape.model_i];
   if (!o->common.visible_to_camera) below.mask &= (uint8_t)~RAY_CAMERA;
   if (!o->common.casts_shadow) below.mask &= (uint8_t)~RAY_SHADOW;
   return below;

@@ -27,25 +27,32 @@ void parts_finish(WorldParts *p)
   for (size_t i = 0; i < p->images.count; i++) image_part_release(p->images.items[i]);
   array_finish(&p->meshes);
   array_finish(&p->images);
+  array_finish(&p->seen);
+  table_finish(&p->meshes_found);
+  table_finish(&p->images_found);
+  table_finish(&p->seen_found);
   mesh_data_release(p->unit_box);
   *p = (WorldParts){0};
 }
 
-static const MeshPart *find_mesh(const WorldParts *p, const MeshData *data)
+static int32_t find_mesh(const WorldParts *p, const MeshData *data)
 {
-  for (size_t i = 0; p && i < p->meshes.count; i++)
-    if (p->meshes.items[i].data == data) return &p->meshes.items[i];
-  return NULL;
+  size_t step = 0;
+  for (const int32_t *i; p && (i = table_next(&p->meshes_found, (uintptr_t)data, &step));)
+    if (p->meshes.items[*i].data == data) return *i;
+  return -1;
 }
 
 int32_t parts_add_mesh(WorldParts *p, const WorldParts *previous, MeshData *data)
 {
-  const MeshPart *known = find_mesh(p, data);
-  if (known) return (int32_t)(known - p->meshes.items);
-  if (!array_reserve(&p->meshes, p->meshes.count + 1)) return -1;
-  const MeshPart *old = find_mesh(previous, data);
-  const MeshPart part = {mesh_data_share(data), old ? mesh_tree_share(old->tree) : NULL};
-  return array_push(&p->meshes, part) ? (int32_t)p->meshes.count - 1 : -1;
+  const int32_t known = find_mesh(p, data), old = find_mesh(previous, data), next = (int32_t)p->meshes.count;
+  if (known >= 0) return known;
+  if (!array_reserve(&p->meshes, p->meshes.count + 1) || !table_add(&p->meshes_found, (uintptr_t)data, next))
+    return -1;
+  const MeshPart part = {mesh_data_share(data),
+                         old >= 0 ? mesh_tree_share(previous->meshes.items[old].tree) : NULL};
+  array_push(&p->meshes, part);
+  return next;
 }
 
 static uint64_t image_key(const char *path, const uint8_t *bytes, size_t size)
@@ -58,14 +65,19 @@ static uint64_t image_key(const char *path, const uint8_t *bytes, size_t size)
   return hash_bytes(hash_bytes(2, path, strlen(path)), state, sizeof state);
 }
 
-static ImagePart *find_image(const WorldParts *p, uint64_t key, int32_t *index)
+static int32_t find_image(const WorldParts *p, uint64_t key)
 {
-  for (size_t i = 0; p && i < p->images.count; i++)
-    if (p->images.items[i]->key == key) {
-      *index = (int32_t)i;
-      return p->images.items[i];
-    }
-  return NULL;
+  size_t step = 0;
+  const int32_t *i = p ? table_next(&p->images_found, key, &step) : NULL;
+  return i ? *i : -1;
+}
+
+static int32_t find_seen(const WorldParts *p, const uint8_t *bytes, size_t size)
+{
+  size_t step = 0;
+  for (const int32_t *i; (i = table_next(&p->seen_found, (uintptr_t)bytes, &step));)
+    if (p->seen.items[*i].bytes == bytes && p->seen.items[*i].size == size) return p->seen.items[*i].image_i;
+  return -1;
 }
 
 static ImagePart *image_part_create(uint64_t key, const char *path, const uint8_t *bytes, size_t size)
@@ -89,25 +101,48 @@ static ImagePart *image_part_create(uint64_t key, const char *path, const uint8_
   return part;
 }
 
+static int32_t add_image(WorldParts *p, const WorldParts *previous, uint64_t key, const char *path,
+                         const uint8_t *bytes, size_t size)
+{
+  const int32_t known = find_image(p, key), old = find_image(previous, key), next = (int32_t)p->images.count;
+  if (known >= 0) return known;
+  if (!array_reserve(&p->images, p->images.count + 1) || !table_add(&p->images_found, key, next)) return -1;
+  ImagePart *part =
+      old >= 0 && previous->images.items[old]->image.pixels ? previous->images.items[old] : NULL;
+  if (part)
+    atomic_fetch_add_explicit(&part->users, 1, memory_order_relaxed);
+  else
+    part = image_part_create(key, path, bytes, size);
+  if (!part) return -1;
+  array_push(&p->images, part);
+  return next;
+}
+
 int32_t parts_add_image(WorldParts *p, const WorldParts *previous, const char *path, const uint8_t *bytes,
                         size_t size)
 {
-  const uint64_t key = image_key(path, bytes, size);
-  int32_t index = -1;
-  if (find_image(p, key, &index)) return index;
-  if (!array_reserve(&p->images, p->images.count + 1)) return -1;
-  ImagePart *part = find_image(previous, key, &index);
-  if (part && part->image.pixels) atomic_fetch_add_explicit(&part->users, 1, memory_order_relaxed);
-  else part = image_part_create(key, path, bytes, size);
-  if (!part) return -1;
-  return array_push(&p->images, part) ? (int32_t)p->images.count - 1 : -1;
+  const int32_t known = path ? -1 : find_seen(p, bytes, size);
+  if (known >= 0) return known;
+  const int32_t i = add_image(p, previous, image_key(path, bytes, size), path, bytes, size);
+  if (path || i < 0) return i;
+  const SeenBytes seen = {bytes, size, i};
+  const bool ok =
+      array_push(&p->seen, seen) && table_add(&p->seen_found, (uintptr_t)bytes, (int32_t)p->seen.count - 1);
+  return ok ? i : -1;
 }
 
 // --- making what is missing -----------------------------------------------------------------------
+// Items are images, then meshes. A worker takes them in order, so its first failure is of its lowest item, and the
+// lowest of all workers' is that of the first part at fault.
+typedef struct Failure {
+  size_t item;
+  Err err;
+} Failure;
+
 typedef struct Making {
   WorldParts *parts;
   const Cancel *cancel;
-  Err *errs; // one an item: images, then meshes
+  Failure *failures; // one a worker
 } Making;
 
 static void decode_image(ImagePart *part, Err *err)
@@ -128,31 +163,41 @@ static void build_tree(MeshPart *part, Jobs *jobs, const Cancel *cancel, Err *er
 static void make_item(void *user, size_t item, int worker)
 {
   Making *m = user;
-  (void)worker;
+  Failure *f = &m->failures[worker];
+  if (f->err.kind) return;
+  f->item = item;
   if (item < m->parts->images.count) {
-    decode_image(m->parts->images.items[item], &m->errs[item]);
+    decode_image(m->parts->images.items[item], &f->err);
     return;
   }
   MeshPart *part = &m->parts->meshes.items[item - m->parts->images.count];
-  if (part->data->triangle_count < LARGE_MESH) build_tree(part, NULL, m->cancel, &m->errs[item]);
+  if (part->data->triangle_count < LARGE_MESH) build_tree(part, NULL, m->cancel, &f->err);
+}
+
+static const Err *first_failure(const Failure *failures, size_t count)
+{
+  const Failure *first = NULL;
+  for (size_t i = 0; i < count; i++)
+    if (failures[i].err.kind && (!first || failures[i].item < first->item)) first = &failures[i];
+  return first ? &first->err : NULL;
 }
 
 bool parts_make(WorldParts *p, Jobs *jobs, const Cancel *cancel, Err *err)
 {
-  const size_t count = p->images.count + p->meshes.count;
+  const size_t count = p->images.count + p->meshes.count, workers = (size_t)jobs_thread_count(jobs);
   if (!count) return true;
-  Making m = {p, cancel, mem_zero(count, sizeof(Err))};
-  if (!m.errs) return err_memory(err, "messages", count * sizeof(Err));
+  Making m = {p, cancel, mem_zero(workers, sizeof *m.failures)};
+  if (!m.failures) return err_memory(err, "messages", workers * sizeof *m.failures);
   bool ok = jobs_run(jobs, count, make_item, &m, cancel);
-  for (size_t i = 0; ok && i < p->meshes.count; i++)
-    if (p->meshes.items[i].data->triangle_count >= LARGE_MESH) {
-      build_tree(&p->meshes.items[i], jobs, cancel, &m.errs[p->images.count + i]);
-      ok = !is_cancelled(cancel);
-    }
+  const Err *failure = first_failure(m.failures, workers);
   if (!ok) err_set(err, ERR_CANCELLED, "preparing was cancelled");
-  for (size_t i = 0; ok && i < count; i++)
-    if (m.errs[i].kind != ERR_NONE) ok = err_set(err, m.errs[i].kind, "%s", m.errs[i].text);
-  mem_free(m.errs);
+  if (ok && failure) ok = err_set(err, failure->kind, "%s", failure->text);
+  mem_free(m.failures);
+  for (size_t i = 0; ok && i < p->meshes.count; i++) {
+    if (p->meshes.items[i].data->triangle_count < LARGE_MESH) continue;
+    build_tree(&p->meshes.items[i], jobs, cancel, err);
+    ok = p->meshes.items[i].tree;
+  }
   return ok;
 }
 

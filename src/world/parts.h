@@ -8,6 +8,7 @@
 #include "base/array.h"
 #include "base/err.h"
 #include "base/jobs.h"
+#include "base/table.h"
 #include "image/image.h"
 #include "scene/scene.h"
 
@@ -26,10 +27,20 @@ typedef struct ImagePart {
   float mean;           // mean luminance of its colour as linear light, for choosing lights; -1: not asked for yet
 } ImagePart;
 
+typedef struct SeenBytes { // of an embedded picture, so that thousands of textures of one do not hash it each
+  const uint8_t *bytes;
+  size_t size;
+  int32_t image_i;
+} SeenBytes;
+
 typedef struct WorldParts { // what a World's parts member points to
   ARRAY(MeshPart) meshes;
   ARRAY(ImagePart *) images;
-  MeshData *unit_box;   // shared by all worlds of one line
+  ARRAY(SeenBytes) seen;
+  Table meshes_found; // address of the data -> mesh
+  Table images_found; // key -> image
+  Table seen_found;   // address of the bytes -> seen
+  MeshData *unit_box; // shared by all worlds of one line
 } WorldParts;
 
 void parts_finish(WorldParts *p); // accepts zero
@@ -41,8 +52,8 @@ int32_t parts_add_mesh(WorldParts *p, const WorldParts *previous, MeshData *data
 int32_t parts_add_image(WorldParts *p, const WorldParts *previous, const char *path, const uint8_t *bytes,
                         size_t size);
 
-// Builds every tree and decodes every picture that is missing, on all threads. The error is that of the first part
-// in order, whichever thread met it.
+// Builds every tree and decodes every picture that is missing, on all threads. The error is that of the first picture
+// or mesh at fault, large meshes last, whichever thread met it.
 bool parts_make(WorldParts *p, Jobs *jobs, const Cancel *cancel, Err *err);
 
 // Mean luminance of a picture, its integer values taken as sRGB or linear.

@@ -9,6 +9,7 @@
 // A scene that takes part (the main one, or a model's), and where its things lie in the world's arrays.
 typedef struct Source {
   const Scene *scene;
+  uint32_t model_base; // in the sources: of the scene's first model, the others follow
   uint32_t material_base;
   int32_t *color_maps, *data_maps; // texture -> TextureMap index for colours and for other data, -1: not made yet
   int32_t *mesh_parts;             // mesh -> part
