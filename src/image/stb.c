@@ -81,6 +81,11 @@ static bool read_stb(Image *out, const uint8_t *bytes, size_t size, const char *
   const PixelType type = is_16 ? PIXEL_U16 : PIXEL_U8;
   // Four channels are checked, because stb_image may work with more than it gives in the end.
   if (!image_check_size((uint64_t)width, (uint64_t)height, 4, type, name, err)) return false;
+  // No byte of these formats stands for more pixels than a long GIF code; without this, 30 bytes that promise a
+  // gigabyte would get it.
+  enum { MOST_PIXELS_A_BYTE = 4096 };
+  if ((uint64_t)width * (uint64_t)height / MOST_PIXELS_A_BYTE > size)
+    return image_damaged(name, "picture", "too few bytes for its size", err);
   s = start;
   void *pixels = is_16 ? (void *)stbi_load_16_from_callbacks(&source_calls, &s, &width, &height, &channels, 0)
                        : (void *)stbi_load_from_callbacks(&source_calls, &s, &width, &height, &channels, 0);
