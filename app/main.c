@@ -16,6 +16,7 @@ const Command *const commands[] = {
     &command_convert,
     &command_schema,
     &command_trace,
+    &command_bench,
     &command_manual,
     &command_man,
     &command_completion,

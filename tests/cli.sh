@@ -76,6 +76,7 @@ options_of() { # command, options
 options_of render "$render_options"
 options_of convert "$convert_options"
 options_of trace "threads api repeat time build isa label output help"
+options_of bench "time size output quiet help"
 options_of info "allow-outside quiet help"
 options_of validate "allow-outside quiet help"
 for command in schema manual man completion help; do options_of $command help; done
@@ -84,7 +85,7 @@ has '^rayfold [0-9]*\.[0-9]*\.[0-9]*$' out
 has 'PNG' out
 expect 0 '' --help
 expect 0 '' help
-for command in render convert info validate schema trace manual man completion help; do has "^  $command " out; done
+for command in render convert info validate schema trace bench manual man completion help; do has "^  $command " out; done
 for code in 0 64 65 66 70 73 75; do has "^  $code " out; done
 command -v bash >/dev/null && { bash -n completion.bash 2>err || failed "completion bash does not parse"; }
 command -v zsh >/dev/null && { zsh -n completion.zsh 2>err || failed "completion zsh does not parse"; }
@@ -438,6 +439,31 @@ rays 0 1 chords $at $one 02 00 00 00 $quarter $quarter >bad.rays
 bad_rays 'ray 0 names triangle 2, but there are only 2'
 { printf RTBRAYS1 && bytes 00 00 00 00 00 00 00 00 ff ff ff ff ff ff ff 0f && head -c 40 /dev/zero; } >bad.rays
 bad_rays 'do not make a file'
+
+# --- bench tree: all rungs of the ladder must find the same hits ------------------------------------
+expect 64 'there is no bench "bush"' bench bush
+expect 64 'needs tree' bench
+expect 64 'needs RAYS' bench tree two.rtm
+expect 64 'size' bench tree --size 4
+if "$rayfold" bench tree two.rtm two.rays --time 0 --quiet 2>&1 | grep -q AVX2; then
+  echo "bench tree: not on this processor"
+else
+  expect 0 '' bench tree two.rtm two.rays --time 0
+  same "$(grep -c '^ *[0-9][0-9]* .* | ' out)" 11 "rungs"
+  has 'All rungs find the same hits: 20 of 20' out # 2 rays, each by 10 rungs after the first
+  expect 0 '' bench tree one.rtm two.rays --time 0 --quiet
+  expect 0 '' bench tree --size 32 --time 0 -o tree.svg
+  has 'furnished hall, 106344 triangles' out
+  has '^list of triangles  *#' out
+  has '^All rungs find the same hits' out
+  same "$(grep -c '<rect' tree.svg)" 25 "bars of 11 rungs on two sets, two keys and the paper"
+  command -v python3 >/dev/null &&
+    { python3 -c 'import xml.dom.minidom; xml.dom.minidom.parse("tree.svg")' 2>err || failed "tree.svg is not XML"; }
+  expect 65 'any.rays: asks for any hit' bench tree two.rtm any.rays
+  expect 65 'bad.rays' bench tree two.rtm bad.rays
+  expect 66 'gone.rtm' bench tree gone.rtm two.rays
+  expect 73 'nowhere' bench tree -o nowhere/tree.svg
+fi
 
 # --- the picture is a function of the scene and settings only --------------------------------------
 base="cornell.json --size 40x30 --seed 7"
