@@ -192,8 +192,12 @@ static inline void path_first_hit(const RenderPass *pass, const SurfacePoint *s,
   out->material = s->material + 1;
 }
 
-static inline FilmSample path_render(const RenderPass *pass, const Sampler *sampler, Ray ray, uint32_t seed,
-                                     RayCounters *rays)
+// The seed of the camera's ray, for whoever traces it.
+static inline uint32_t path_camera_seed(uint32_t seed) { return hash_combine(seed, 0); }
+
+// first: what the camera's ray met.
+static inline FilmSample path_render(const RenderPass *pass, const Sampler *sampler, Ray ray, const Hit *first,
+                                     uint32_t seed, RayCounters *rays)
 {
   const World *w = pass->world;
   FilmSample out = {.alpha = 1};
@@ -201,8 +205,9 @@ static inline FilmSample path_render(const RenderPass *pass, const Sampler *samp
       .pass = pass, .sampler = sampler, .rays = rays, .seed = seed, .throughput = v3_all(1), .eta_scale = 1};
   for (;; p.depth++) {
     // Find the next vertex.
-    Hit hit;
-    if (!trace_closest(w, &ray, p.depth ? RAY_BOUNCE : RAY_CAMERA, path_ray_seed(&p, 0), rays, &hit)) {
+    Hit hit = *first;
+    if (p.depth) trace_closest(w, &ray, RAY_BOUNCE, path_ray_seed(&p, 0), rays, &hit);
+    if (hit.instance == NO_HIT) {
       const bool is_background = p.depth == 0 && pass->settings.transparent;
       if (is_background)
         out.alpha = 0;

@@ -5,6 +5,7 @@
 #ifndef RAYFOLD_RENDER_TRACE_H
 #define RAYFOLD_RENDER_TRACE_H
 
+#include "accel/batch.h"
 #include "accel/traverse.h"
 #include "base/hash.h"
 #include "geom/offset.h"
@@ -56,6 +57,22 @@ static inline bool trace_closest(const World *w, const Ray *ray, RayMask mask, u
   else
     rays->bounce_rays++;
   return accel_closest(w->accel, ray, mask, trace_counts, &q, rays, hit);
+}
+
+// The camera's rays of many pixels, with a query each.
+static inline void trace_camera(const World *w, const PackedRay *packed, const TraceQuery *queries,
+                                size_t count, RayCounters *rays, Hit *hits)
+{
+  rays->camera_rays += count;
+  accel_ask(&(Batch){.accel = w->accel,
+                     .rays = packed,
+                     .count = count,
+                     .mask = RAY_CAMERA,
+                     .filter = trace_counts,
+                     .user = queries,
+                     .user_stride = sizeof *queries,
+                     .counters = rays,
+                     .hits = hits});
 }
 
 // Is the way from s towards wl free for `distance`? It ends short of the light, whose own surface is not in the way:

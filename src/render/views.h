@@ -35,29 +35,27 @@ static inline Vec3 view_cost(const RayCounters *before, const RayCounters *after
   return view_heat((float)(after->nodes - before->nodes + after->prims - before->prims) / 256);
 }
 
-static inline FilmSample view_render(const RenderPass *pass, Ray ray, uint32_t seed, RayCounters *rays)
+// hit: of the camera's ray; cost: of finding it.
+static inline FilmSample view_render(const RenderPass *pass, Ray ray, const Hit *hit, Vec3 cost)
 {
   const World *w = pass->world;
-  const RayCounters before = *rays;
   FilmSample out = {.alpha = 1};
-  Hit hit;
-  const bool found = trace_closest(w, &ray, RAY_CAMERA, seed, rays, &hit);
-  if (pass->settings.integrator == INTEGRATOR_COST) out.radiance = view_cost(&before, rays);
-  if (!found) {
+  if (pass->settings.integrator == INTEGRATOR_COST) out.radiance = cost;
+  if (hit->instance == NO_HIT) {
     if (pass->settings.transparent) out.alpha = 0;
     return out;
   }
-  const SurfacePoint s = trace_surface(w, &ray, &hit);
+  const SurfacePoint s = trace_surface(w, &ray, hit);
   Bsdf b;
   material_bsdf(&w->materials[s.material], w->textures, &s, -ray.d, &b);
-  path_first_hit(pass, &s, &hit, bsdf_albedo(&b), &out);
+  path_first_hit(pass, &s, hit, bsdf_albedo(&b), &out);
   switch ((Integrator)pass->settings.integrator) {
   case INTEGRATOR_NORMAL: out.radiance = 0.5f * out.normal + v3_all(0.5f); break;
   case INTEGRATOR_DEPTH: out.radiance = v3_all(1 / (1 + max_f(out.depth, 0))); break; // near is bright
   case INTEGRATOR_ALBEDO: out.radiance = out.albedo; break;
   case INTEGRATOR_UV: out.radiance = v3(view_fraction(s.uv[0].x), view_fraction(s.uv[0].y), 0); break;
   case INTEGRATOR_ID: out.radiance = view_color_of(out.object); break;
-  case INTEGRATOR_BARY: out.radiance = v3(1 - hit.u - hit.v, hit.u, hit.v); break;
+  case INTEGRATOR_BARY: out.radiance = v3(1 - hit->u - hit->v, hit->u, hit->v); break;
   case INTEGRATOR_COST:
   case INTEGRATOR_PATH: break;
   }
