@@ -109,11 +109,16 @@ static inline float box_scale(const Bounds *b)
 
 static inline Vec3 select_lanes(Int4 mask, Vec3 a, Vec3 b) { return (Vec3)((mask & (Int4)a) | (~mask & (Int4)b)); }
 
-// What references cost: leaves are tested a block at a time, so their blocks, by area. No references: infinity.
+// What references cost, by area: leaves are tested a block at a time, so their blocks; and a little for each, or blocks
+// are filled with what does not belong together. Weights of 0, 0.05, 0.15, 0.3 gave 4.8, 4.7, 3.7, 3.8 leaves a
+// camera's ray in a furnished hall, and 49, 51, 54, 57 bytes a triangle. No references: infinity.
+#define PRIM_COST 0.15f
+
 static inline Vec3 side_costs(const Build *b, const Bounds box[3], Int4 count, float scale)
 {
   const Int4 blocks = (count + (int)(b->leaf_size - 1)) >> __builtin_ctz(b->leaf_size);
-  const Vec3 cost = three_areas(box, scale) * __builtin_convertvector(blocks, Vec3);
+  const Vec3 weight = __builtin_convertvector(blocks, Vec3) + PRIM_COST * __builtin_convertvector(count, Vec3);
+  const Vec3 cost = three_areas(box, scale) * weight;
   return select_lanes(count > 0, cost, v3_all(INFINITY));
 }
 
