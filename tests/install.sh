@@ -30,6 +30,19 @@ LD_LIBRARY_PATH=$lib ./minimal "$top/scenes/tests/tiny.json" tiny.png || fail "e
 # Nothing but the public names leaves the shared library.
 leaked=$(nm -D --defined-only "$lib/librayfold.so" | awk '{print $3}' | grep -v '^rf_' || true)
 [ -z "$leaked" ] || fail "the shared library shows $leaked"
+# Nor the static one, so that a program may have names like ours.
+leaked=$(nm -g --defined-only "$lib/librayfold.a" | awk 'NF == 3 { print $3 }' | grep -v '^rf_' | head -5 || true)
+[ -z "$leaked" ] || fail "the static library shows $leaked"
+[ "$(nm -g --defined-only "$lib/librayfold.a" | grep -c ' T rf_')" -gt 40 ] || fail "the static library shows too little"
+cat >clash.c <<END
+#include <rayfold/rayfold.h>
+int film_create = 1, arena_alloc = 2, jobs_run = 3; // names of the library's inside
+int main(void) { rf_engine *e = rf_engine_create(0); rf_engine_destroy(e); return !e || film_create + arena_alloc + jobs_run != 6; }
+END
+# shellcheck disable=SC2046
+${CC:-cc} -std=c17 clash.c -o clash $(pkg-config --cflags rayfold) "$lib/librayfold.a" \
+  $(pkg-config --libs --static rayfold | tr ' ' '\n' | grep -v '^-lrayfold$' | tr '\n' ' ') && ./clash ||
+  fail "a program cannot have names like the library's"
 LD_LIBRARY_PATH=$lib "$work/usr/bin/rayfold" --version >/dev/null || fail "the installed program does not run"
 
 mkdir package

@@ -2,6 +2,8 @@
 
 #include "tests/model.h"
 
+#include "image/image.h"
+#include "scene/edit.h"
 #include "scene/export_mesh.h"
 
 // A strip of random numbers, as rough as float can be.
@@ -88,6 +90,30 @@ TEST(a_file_is_whole_or_not_there)
   err = (Err){0};
   CHECK(!export_stl(m, "/dev/full", &err));
   CHECK(err.kind == ERR_IO);
+  mesh_data_release(m);
+}
+
+// All rooms decode by the one curve of the image room: each of 256 codes comes back as the same float, from PLY as from
+// a picture or "#rrggbb".
+TEST(colour_codes_are_those_of_pictures)
+{
+  enum { N = 256 };
+  MeshData *m = make_mesh(false, false, false, false);
+  mem_free(m->positions);
+  m->vertex_count = N;
+  m->positions = mem_zero(N, 12);
+  m->colors = mem_alloc(N, 16);
+  for (int i = 0; i < 4 * N; i++) m->colors[i] = i % 4 == 3 ? 1 : srgb_from_u8[(i / 4 + 85 * (i % 4)) % 256];
+  Err err = {0};
+  CHECK(export_ply(m, model_path("codes.ply"), &err));
+  Scene *s = model_load_file(import_ply, model_path("codes.ply"), &err);
+  CHECK_MSG(s && !memcmp(m->colors, s->meshes.items[0].data->colors, 16 * N), "%s", err.text);
+  for (int i = 0; s && i < N; i++) {
+    char json[20];
+    snprintf(json, sizeof json, "\"#%02x0000\"", i);
+    CHECK(scene_set(s, "sky.color", json, &err) && s->sky.constant.color[0] == srgb_from_u8[i]);
+  }
+  scene_destroy(s);
   mesh_data_release(m);
 }
 

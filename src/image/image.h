@@ -5,6 +5,7 @@
 #define RAYFOLD_IMAGE_IMAGE_H
 
 #include "base/err.h"
+#include "base/fmath.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -64,9 +65,16 @@ bool image_write(const char *path, const ImageOut *img, Err *err);
 uint64_t image_hash(const ImageOut *img);
 
 // --- colour -------------------------------------------------------------------------------------
-// sRGB transfer curves, IEC 61966-2-1. Exact for 8 bit: srgb_to_u8(srgb_from_u8(i)) == i.
-float srgb_encode(float linear);  // clamps to 0..1; NaN gives 0
-float srgb_decode(float encoded);
+// sRGB transfer curves, IEC 61966-2-1, for all of Rayfold. Exact for 8 bit: srgb_to_u8(srgb_from_u8(i)) == i.
+float srgb_encode(float linear); // clamps to 0..1; NaN gives 0
+
+// Hot, for texels of 16 bits, so by our own power. NaN and what is below 0 give 0; above 1 the curve goes on.
+static inline float srgb_decode(float encoded)
+{
+  if (!(encoded > 0)) return 0;
+  return encoded <= 0.04045f ? encoded / 12.92f : f_pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
 extern const float srgb_from_u8[256];
 uint8_t srgb_to_u8(float linear);
 

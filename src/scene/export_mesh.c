@@ -5,15 +5,9 @@
 
 #include "base/file.h"
 #include "base/number.h"
+#include "image/image.h"
 
 #include <string.h>
-
-// The sRGB curve (IEC 61966-2-1), the other way round from import_srgb().
-static float srgb_from_linear(float x)
-{
-  x = clamp_f(x, 0, 1);
-  return x <= 0.0031308f ? 12.92f * x : 1.055f * powf(x, 1 / 2.4f) - 0.055f;
-}
 
 static uint8_t to_u8(float x)
 {
@@ -67,7 +61,7 @@ static bool ply_vertex(FileOut *f, const MeshData *m, size_t i, Err *err)
   if (m->texcoords[0]) put(&r, m->texcoords[0] + 2 * i, 8);
   for (size_t k = 0; m->colors && k < 4; k++) {
     const float c = m->colors[4 * i + k];
-    const uint8_t byte = to_u8(k < 3 ? srgb_from_linear(c) : c);
+    const uint8_t byte = k < 3 ? srgb_to_u8(c) : to_u8(c);
     put(&r, &byte, 1);
   }
   return write_row(f, &r, err);
@@ -123,7 +117,7 @@ static bool obj_colored_positions(FileOut *f, const MeshData *m, Err *err)
     RowOut r = {.size = 0};
     put(&r, "v", 1);
     for (size_t k = 0; k < 3; k++) put_number(&r, m->positions[3 * i + k]);
-    for (size_t k = 0; k < 3; k++) put_number(&r, srgb_from_linear(m->colors[4 * i + k]));
+    for (size_t k = 0; k < 3; k++) put_number(&r, srgb_encode(m->colors[4 * i + k]));
     put(&r, "\n", 1);
     if (!write_row(f, &r, err)) return false;
   }

@@ -90,8 +90,3 @@ int32_t import_add_image(Scene *s, const char *file)
   if (i >= 0) s->textures.items[i].image.file = file;
   return i;
 }
-
-float import_srgb(float encoded)
-{
-  return encoded <= 0.04045f ? encoded / 12.92f : powf((encoded + 0.055f) / 1.055f, 2.4f);
-}

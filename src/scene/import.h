@@ -21,7 +21,4 @@ const char *import_find_file(Scene *s, const char *path, const char *owner_path,
 // An image texture of this file with all else default; -1 when memory is out.
 int32_t import_add_image(Scene *s, const char *file);
 
-// A vertex colour's channel, 0..1 as sRGB has it (IEC 61966-2-1), to linear.
-float import_srgb(float encoded);
-
 #endif

@@ -14,6 +14,7 @@
 #include "scene/triangulate.h"
 
 #include "base/file.h"
+#include "image/image.h"
 
 #include <string.h>
 
@@ -544,7 +545,7 @@ static bool build_colors(Obj *o, MeshData *m)
   const float unit = most > 1 ? 1 / 255.0f : 1;
   for (size_t i = 0; i < m->vertex_count; i++) {
     const float *from = o->colors.items + 3 * (size_t)o->corners.vertices.items[i].position;
-    for (int k = 0; k < 3; k++) m->colors[4 * i + k] = import_srgb(clamp_f(from[k] * unit, 0, 1));
+    for (int k = 0; k < 3; k++) m->colors[4 * i + k] = srgb_decode(clamp_f(from[k] * unit, 0, 1));
     m->colors[4 * i + 3] = 1;
   }
   array_finish(&o->colors);

@@ -11,6 +11,7 @@
 #include "scene/triangulate.h"
 
 #include "base/file.h"
+#include "image/image.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -436,8 +437,6 @@ static bool read_vertices(Ply *f, const Element *e)
   f->mesh->vertex_count = e->count;
   if (!e->count) return true;
   if (!set_targets(f, e, targets)) return false;
-  float from_u8[256];
-  for (int i = 0; i < 256; i++) from_u8[i] = import_srgb((float)i / 255);
   for (size_t v = 0; v < e->count; v++)
     for (size_t k = 0; k < e->property_count; k++) {
       const Property *q = &f->properties[e->first + k];
@@ -452,9 +451,9 @@ static bool read_vertices(Ply *f, const Element *e)
       if (!t->is_srgb)
         *to = (float)x * t->unit;
       else if (q->type == PLY_U8)
-        *to = from_u8[(int)clamp_f((float)x, 0, 255)];
+        *to = srgb_from_u8[(int)clamp_f((float)x, 0, 255)];
       else
-        *to = import_srgb(clamp_f((float)x * t->unit, 0, 1));
+        *to = srgb_decode(clamp_f((float)x * t->unit, 0, 1));
     }
   return true;
 }

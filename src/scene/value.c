@@ -4,7 +4,7 @@
 
 #include "base/mem.h"
 #include "base/number.h"
-#include "scene/import.h"
+#include "image/image.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -151,7 +151,7 @@ static bool read_hex(const Field *f, const char *text, double out[3], Err *err)
   for (int i = 0; i < 3; i++) {
     const int byte =
         n == 4 ? 17 * hex_digit(text[1 + i]) : 16 * hex_digit(text[1 + 2 * i]) + hex_digit(text[2 + 2 * i]);
-    out[i] = (double)import_srgb((float)byte / 255);
+    out[i] = (double)srgb_from_u8[byte];
     if (!is_in_range(f, out[i])) return range_fail(f, out[i], err);
   }
   return true;

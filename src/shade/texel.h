@@ -4,7 +4,6 @@
 #ifndef RAYFOLD_SHADE_TEXEL_H
 #define RAYFOLD_SHADE_TEXEL_H
 
-#include "base/fmath.h"
 #include "base/vec.h"
 #include "image/image.h"
 
@@ -20,12 +19,6 @@ static inline float texel_half(uint16_t h)
   return h & 0x8000 ? -f : f;
 }
 
-// The sRGB curve (IEC 61966-2-1) for 16-bit values; 8-bit ones go by the table.
-static inline float texel_srgb(float encoded)
-{
-  return encoded <= 0.04045f ? encoded / 12.92f : f_pow((encoded + 0.055f) / 1.055f, 2.4f);
-}
-
 static inline float texel_channel(const Image *img, size_t index, bool is_srgb)
 {
   switch (img->type) {
@@ -35,7 +28,7 @@ static inline float texel_channel(const Image *img, size_t index, bool is_srgb)
   }
   case PIXEL_U16: {
     const float v = (float)((const uint16_t *)img->pixels)[index] / 65535;
-    return is_srgb ? texel_srgb(v) : v;
+    return is_srgb ? srgb_decode(v) : v;
   }
   case PIXEL_F16: return texel_half(((const uint16_t *)img->pixels)[index]);
   case PIXEL_F32: {
