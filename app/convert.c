@@ -7,7 +7,6 @@
 
 #include <string.h>
 
-#define SCENE_INPUTS  ".json|.obj|.gltf|.glb|.ply|.stl"
 #define SCENE_OUTPUTS ".json|.ply|.obj|.stl"
 
 static const Option convert_options[] = {

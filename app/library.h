@@ -16,6 +16,9 @@
     .name = "quiet", .letter = 'q', .kind = OPTION_FLAG, .sentence = what \
   }
 
+// Extensions of what scene_open() takes, as output_is_any() wants them.
+#define SCENE_INPUTS ".json|.obj|.gltf|.glb|.ply|.stl"
+
 // A command without options of its own.
 extern const Option no_options[];
 

@@ -2,6 +2,7 @@
 // and the list of commands are here; everything else is in the file of the command's name.
 
 #include "commands.h"
+#include "library.h"
 #include "nearest.h"
 #include "output.h"
 #include "signals.h"
@@ -37,6 +38,8 @@ ExitCode fail_unknown_command(const char *name)
   Nearest n = nearest_begin(name);
   for (const Command *const *c = commands; *c; c++) nearest_try(&n, (*c)->name);
   nearest_hint(&n, "", hint);
+  if (output_is_any(name, SCENE_INPUTS))
+    return fail(EXIT_USAGE, "first comes what to do with it: `rayfold render %s -o picture.png`", name);
   return fail(EXIT_USAGE, "there is no command \"%s\"%s", name, *hint ? hint : "; `rayfold help` lists them");
 }
 

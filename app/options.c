@@ -174,6 +174,9 @@ static ExitCode check_operands(const Args *a)
   if (args_has(a, "help")) return EXIT_DONE;
   if (a->operand_count < c->least)
     return fail(EXIT_USAGE, "%s needs %s; `rayfold %s --help` tells more", c->name, c->operands, c->name);
+  if (a->operand_count > c->most && find_option(c, "output", 6))
+    return fail(EXIT_USAGE, "%s: \"%s\" is one word too many; outputs are named by -o", c->name,
+                a->operands[c->most]);
   if (a->operand_count > c->most)
     return fail(EXIT_USAGE, "%s: \"%s\" is one word too many; `rayfold %s --help` tells more", c->name,
                 a->operands[c->most], c->name);

@@ -97,10 +97,13 @@ command -v mandoc >/dev/null && same "$(mandoc -T lint -W warning rayfold.1)" ""
 same $? 64 "rayfold alone"
 expect 64 'did you mean "render"' redner cornell.json
 expect 64 'help. lists' xyzzy
+expect 64 'rayfold render cornell.json -o' cornell.json
 expect 64 'did you mean "--size"' render cornell.json -o a.png --sise 8x8
 expect 64 'no option --film' render cornell.json -o a.png --film f
 expect 64 'no option -x' render cornell.json -x
 expect 64 'needs SCENE' render -o a.png
+expect 64 'named by -o' render cornell.json other.png
+expect 64 'one word too many' convert cornell.json a.json b.json
 expect 64 'one word too many' render cornell.json other.json -o a.png
 expect 64 'needs -o' render missing.json
 expect 64 'needs a value' render missing.json -o

@@ -53,7 +53,7 @@ find_package(rayfold REQUIRED)
 add_executable(rays $top/examples/rays.c)
 target_link_libraries(rays rayfold::rayfold)
 END
-cmake -S package -B package/build -DCMAKE_PREFIX_PATH="$work/usr" >log 2>&1 && cmake --build package/build >>log 2>&1 ||
+cmake -S package -B package/build -G Ninja -DCMAKE_PREFIX_PATH="$work/usr" >log 2>&1 && cmake --build package/build >>log 2>&1 ||
   { cat log; fail "find_package(rayfold) does not work"; }
 LD_LIBRARY_PATH=$lib package/build/rays || fail "the program of the CMake package does not run"
 echo "install: the examples build and run against the installed library"
