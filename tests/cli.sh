@@ -117,7 +117,7 @@ expect 64 'size' render missing.json -o a.png --size 0x8
 expect 64 'spp' render missing.json -o a.png --spp 0
 expect 64 'whole number' render missing.json -o a.png --spp 1e3
 expect 64 'seed' render missing.json -o a.png --seed -1
-expect 64 'max-depth' render missing.json -o a.png --max-depth 1000
+expect 64 'max-depth' render missing.json -o a.png --max-depth 5000
 expect 64 'path' render missing.json -o a.png --integrator pth
 expect 64 'time' render missing.json -o a.png --time 0
 expect 64 'noise' render missing.json -o a.png --noise nan
