@@ -6,16 +6,7 @@
 #include "shade/bsdf.h"
 #include "tests/chi_square.h"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SCALE 8
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define SCALE 8
-#endif
-#endif
-#ifndef SCALE
-#define SCALE 1
-#endif
+enum { SCALE = TEST_IS_SLOW ? 8 : 1 };
 
 // --- materials to test ----------------------------------------------------------------------------
 static const TextureRef no_map = {-1, 0};
