@@ -84,6 +84,27 @@ static inline double chi_cell_mean(const ChiCase *c, int row, int column, int n,
   return sum / (n * n);
 }
 
+// The chance that counts differ so much from what is expected. Cells that expect fewer than 5 are thrown together, with
+// what lies in no cell: pool expected, pool_count counted.
+static inline double chi_pearson(const double *expected, const double *counted, int cells, double pool,
+                                 double pool_count)
+{
+  double statistic = 0;
+  int degrees = -1;
+  for (int i = 0; i < cells; i++) {
+    const double e = expected[i];
+    if (e < 5) {
+      pool += e;
+      pool_count += counted[i];
+    } else {
+      statistic += (counted[i] - e) * (counted[i] - e) / e;
+      degrees++;
+    }
+  }
+  if (pool >= 5) statistic += (pool_count - pool) * (pool_count - pool) / pool, degrees++;
+  return degrees > 0 ? gamma_q(degrees / 2.0, statistic / 2) : 1;
+}
+
 static inline ChiResult chi_square(const ChiCase *c, uint32_t sample_count)
 {
   static double expected[CHI_CELLS], counted[CHI_CELLS];
@@ -106,21 +127,9 @@ static inline ChiResult chi_square(const ChiCase *c, uint32_t sample_count)
     counted[chi_cell(d)]++;
   }
   out.accepted = (double)accepted / sample_count;
-  // Cells that expect fewer than 5 are thrown together, with the samples that did not come out.
-  double statistic = 0, pool = (1 - out.integral) * sample_count, pool_count = sample_count - accepted;
-  int degrees = -1;
-  for (int i = 0; i < CHI_CELLS; i++) {
-    const double e = expected[i] * sample_count;
-    if (e < 5) {
-      pool += e;
-      pool_count += counted[i];
-    } else {
-      statistic += (counted[i] - e) * (counted[i] - e) / e;
-      degrees++;
-    }
-  }
-  if (pool >= 5) statistic += (pool_count - pool) * (pool_count - pool) / pool, degrees++;
-  out.p = degrees > 0 ? gamma_q(degrees / 2.0, statistic / 2) : 1;
+  for (int i = 0; i < CHI_CELLS; i++) expected[i] *= sample_count;
+  out.p =
+      chi_pearson(expected, counted, CHI_CELLS, (1 - out.integral) * sample_count, sample_count - accepted);
   return out;
 }
 

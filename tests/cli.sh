@@ -489,7 +489,7 @@ has '^a  *primary  *100000  *11  *0  *0!' out
 # --- the picture is a function of the scene and settings only --------------------------------------
 base="cornell.json --size 40x30 --seed 7"
 hash=$(hash_of $base --spp 16)
-for threads in 1 2 5; do same "$(hash_of $base --spp 16 --threads $threads)" "$hash" "hash with $threads threads"; done
+for threads in 1 2 3 5 8; do same "$(hash_of $base --spp 16 --threads $threads)" "$hash" "hash with $threads threads"; done
 for isa in ref v2 v3 v4; do
   "$rayfold" render $base --spp 1 --isa $isa -o hash --quiet >out 2>err
   [ $? -eq 64 ] && continue # not on this machine

@@ -12,6 +12,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+// 1 under a sanitizer, where a long test does part of its work.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define TEST_IS_SLOW 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define TEST_IS_SLOW 1
+#endif
+#endif
+#ifndef TEST_IS_SLOW
+#define TEST_IS_SLOW 0
+#endif
+
 typedef void TestFunction(void);
 typedef struct TestCase {
   const char *name;

@@ -6,6 +6,7 @@
 #include "render/camera.h"
 #include "render/filter.h"
 #include "scene/scene.h"
+#include "tests/chi_square.h"
 
 static Camera perspective(float fov)
 {
@@ -159,6 +160,94 @@ TEST(filters_have_their_shape)
     CHECK_NEAR(sqrt(squares), cases[c].deviation, 2e-3);
     CHECK(f.place[0] == (float)-cases[c].half && f.place[FILTER_STEPS] == (float)cases[c].half);
     for (int i = 0; i < FILTER_STEPS; i++) CHECK(f.place[i] <= f.place[i + 1]);
+  }
+}
+
+// --- P4: chi-square of what has no direction --------------------------------------------------------
+enum { SAMPLES = 100000, CASES = 3 + 5 };
+
+// The textbook's curve, in double.
+static double filter_curve(FilterKind kind, double x) // x in [-1, 1] of the half width
+{
+  switch (kind) {
+  case FILTER_BOX: return 1;
+  case FILTER_BLACKMAN_HARRIS:
+    return 0.35875 + 0.48829 * cos(M_PI * x) + 0.14128 * cos(2 * M_PI * x) + 0.01168 * cos(3 * M_PI * x);
+  case FILTER_GAUSSIAN: return exp(-4.5 * x * x);
+  }
+  return 0;
+}
+
+TEST(filters_follow_their_curves)
+{
+  enum { SIDE = 40, FINE = 50 };
+  static double line[SIDE], expected[SIDE * SIDE], counted[SIDE * SIDE];
+  for (int kind = FILTER_BOX; kind <= FILTER_GAUSSIAN; kind++) {
+    Filter f;
+    filter_build(&f, (FilterKind)kind, 2);
+    double total = 0;
+    for (int i = 0; i < SIDE * FINE; i++)
+      total += filter_curve((FilterKind)kind, (2 * i + 1.0) / (SIDE * FINE) - 1);
+    for (int i = 0; i < SIDE; i++) {
+      line[i] = 0;
+      for (int k = i * FINE; k < (i + 1) * FINE; k++)
+        line[i] += filter_curve((FilterKind)kind, (2 * k + 1.0) / (SIDE * FINE) - 1) / total;
+    }
+    for (int i = 0; i < SIDE * SIDE; i++) {
+      expected[i] = line[i % SIDE] * line[i / SIDE] * SAMPLES;
+      counted[i] = 0;
+    }
+    for (uint32_t i = 0; i < SAMPLES; i++) {
+      float u[3];
+      chi_random(i + 1000000u * (uint32_t)kind, u);
+      const Vec2 at = filter_sample(&f, (Vec2){u[0], u[1]}); // -1 .. 1
+      counted[(int)fminf((at.y + 1) / 2 * SIDE, SIDE - 1) * SIDE +
+              (int)fminf((at.x + 1) / 2 * SIDE, SIDE - 1)]++;
+    }
+    const double p = chi_pearson(expected, counted, SIDE * SIDE, 0, 0);
+    CHECK_MSG(p > sidak_level(CASES), "filter %d: p = %g", kind, p);
+  }
+}
+
+static bool is_in_lens(int32_t blades, double x, double y)
+{
+  if (blades < 3) return x * x + y * y <= 1;
+  const double step = 2 * M_PI / blades, turn = atan2(y, x), from_corner = turn - step * floor(turn / step);
+  return hypot(x, y) * cos(from_corner - step / 2) <= cos(step / 2); // the middle of a side is nearest
+}
+
+TEST(lenses_are_filled_evenly)
+{
+  enum { SIDE = 32, FINE = 20 };
+  static double expected[SIDE * SIDE], counted[SIDE * SIDE];
+  static const int32_t blades[5] = {0, 3, 5, 6, 9};
+  for (int c = 0; c < 5; c++) {
+    double total = 0;
+    for (int i = 0; i < SIDE * SIDE; i++) {
+      expected[i] = counted[i] = 0;
+      for (int k = 0; k < FINE * FINE; k++)
+        expected[i] += is_in_lens(blades[c], ((i % SIDE) + (k % FINE + 0.5) / FINE) / SIDE * 2 - 1,
+                                  ((i / SIDE) + (k / FINE + 0.5) / FINE) / SIDE * 2 - 1);
+      total += expected[i];
+    }
+    for (int i = 0; i < SIDE * SIDE; i++) expected[i] *= SAMPLES / total;
+    Eye e = {.kind = EYE_PERSPECTIVE,
+             .frame = frame_identity(),
+             .tan_half_fov = 1,
+             .focus = 3,
+             .aperture = 0.5f,
+             .blades = blades[c]};
+    // One corner looks up, to +y, in the eye; turned so that it lies on x, as is_in_lens() has it.
+    for (uint32_t i = 0; i < SAMPLES; i++) {
+      float u[3];
+      chi_random(i + 1000000u * (uint32_t)c, u);
+      const Vec3 o = eye_ray(&e, 10, 10, (Vec2){3, 8}, (Vec2){u[0], u[1]}).o / e.aperture;
+      const float x = o[1], y = -o[0];
+      counted[(int)clamp_f((y + 1) / 2 * SIDE, 0, SIDE - 1) * SIDE +
+              (int)clamp_f((x + 1) / 2 * SIDE, 0, SIDE - 1)]++;
+    }
+    const double p = chi_pearson(expected, counted, SIDE * SIDE, 0, 0);
+    CHECK_MSG(p > sidak_level(CASES), "%d blades: p = %g", blades[c], p);
   }
 }
 

@@ -11,77 +11,207 @@
 #include <time.h>
 #include <unistd.h>
 
-#define RICH_HASH 0x5dd6f5367ec7efbeull
+#define RICH_HASH 0xcd82d0acd16c734aull
 
 // --- determinism --------------------------------------------------------------------------------
 
-typedef struct RichRun {
+// A picture to be made in many ways.
+typedef struct Subject {
+  const char *name;
+  Scene *scene;
+  World *world;
+  Eye eye;
+  RenderSettings settings;
+} Subject;
+
+// How it is made. Zeros are one thread, the plain level, the usual tiles and the samples 0 to SPP.
+typedef struct Way {
   int threads;
   IsaLevel level;
   uint32_t tile_size, first, end;
-  bool reversed; // keep the film's halves in the other order
-} RichRun;
+} Way;
 
-static Film *rich_film(const World *w, const Scene *s, RichRun run)
+enum { WIDTH = 29, HEIGHT = 23, SPP = 4 };
+
+static Film *film_of(const Subject *s, Way way)
 {
-  Film *f = film_create(53, 41, ALL_PLANES, NULL);
-  RenderJob job = job_of(s, w, pinhole(0, 0.6f, 4, 0, -0.3f, 0, 40), f, run.end);
-  job.first_sample = run.first;
-  job.tile_size = run.tile_size;
-  job.settings.filter = FILTER_BLACKMAN_HARRIS;
-  Jobs *jobs = run.threads > 1 ? jobs_create(run.threads, NULL) : NULL;
+  Film *f = film_create(WIDTH, HEIGHT, ALL_PLANES, NULL);
+  const RenderJob job = {.world = s->world,
+                         .eye = s->eye,
+                         .settings = s->settings,
+                         .seed = 1,
+                         .film = f,
+                         .first_sample = way.first,
+                         .end_sample = way.end ? way.end : SPP,
+                         .tile_size = way.tile_size};
+  Jobs *jobs = way.threads > 1 ? jobs_create(way.threads, NULL) : NULL;
   RenderStats stats;
-  CHECK(render_run(&job, jobs, hot_table(run.level), NULL, &stats, NULL));
+  CHECK(render_run(&job, jobs, hot_table(way.level), NULL, &stats, NULL));
   CHECK(stats.bad_samples == 0);
   jobs_destroy(jobs);
   return f;
 }
 
-static uint64_t rich_hash(const World *w, const Scene *s, RichRun run)
+static uint64_t hash_of(const Subject *s, Way way)
 {
-  Film *f = rich_film(w, s, run);
+  Film *f = film_of(s, way);
   const uint64_t h = film_hash(f);
   film_destroy(f);
   return h;
 }
 
-TEST(one_hash_for_any_threads_tiles_levels_and_splits)
+static Subject rich_subject(void)
 {
-  Scene *s = rich_scene();
-  World *w = world_of(s);
-  const uint64_t truth = rich_hash(w, s, (RichRun){1, ISA_REF, 16, 0, 6, false});
-  for (int t = 2; t <= 5; t += 1 + (t == 3)) {
-    CHECK_MSG(rich_hash(w, s, (RichRun){t, ISA_REF, 0, 0, 6, false}) == truth, "%d threads", t);
+  Subject s = {.name = "rich", .scene = rich_scene()};
+  s.world = world_of(s.scene);
+  s.eye = pinhole(0, 0.6f, 4, 0, -0.3f, 0, 40);
+  s.settings = s.scene->render;
+  s.settings.filter = FILTER_BLACKMAN_HARRIS;
+  return s;
+}
+
+static Subject file_subject(const char *path)
+{
+  Err err = {0};
+  Subject s = {.name = path, .scene = scene_load(path, NULL, &err)};
+  CHECK_MSG(s.scene && eye_from_camera(&s.scene->camera, &s.eye, &err), "%s", err.text);
+  s.world = world_of(s.scene);
+  s.settings = s.scene->render;
+  s.settings.max_depth = s.settings.max_depth < 8 ? s.settings.max_depth : 8;
+  s.settings.roulette_depth = 3;
+  return s;
+}
+
+enum { SUBJECT_COUNT = 10 };
+
+static Subject subject(int i)
+{
+  static const char *const files[] = {"scenes/cornell.json", "scenes/furnace.json", "scenes/materials.json",
+                                      "scenes/showcase.json", "scenes/tests/tiny.json"};
+  if (i >= 5) return file_subject(files[i - 5]);
+  Subject s = rich_subject();
+  if (i == 1) { // a lens with blades
+    s.name = "rich, lens";
+    s.eye.aperture = 0.1f;
+    s.eye.focus = 4;
+    s.eye.blades = 5;
+    s.settings.filter = FILTER_GAUSSIAN;
+  } else if (i == 2) {
+    s.name = "rich, orthographic";
+    s.eye = parallel(3, 2, 4, 0, -0.3f, 0, 3);
+    s.settings.filter = FILTER_BOX;
+  } else if (i == 3) {
+    s.name = "rich, panoramic";
+    s.eye.kind = EYE_PANORAMIC;
+    s.eye.span = 2 * PI;
+    s.settings.transparent = true;
+  } else if (i == 4) {
+    s.name = "rich, long clamped paths";
+    s.settings.max_depth = 60;
+    s.settings.clamp = 0.5f;
   }
-  const uint32_t tiles[4] = {1, 7, 64, 128};
-  for (int k = 0; k < 4; k++) {
-    CHECK_MSG(rich_hash(w, s, (RichRun){2, ISA_REF, tiles[k], 0, 6, false}) == truth, "tile %u", tiles[k]);
-  }
-  for (int level = ISA_V2; level <= (int)cpu_best_isa(); level++) {
-    CHECK_MSG(rich_hash(w, s, (RichRun){1, (IsaLevel)level, 0, 0, 6, false}) == truth, "level %s",
+  return s;
+}
+
+static void subject_finish(Subject *s)
+{
+  world_release(s->world);
+  scene_destroy(s->scene);
+}
+
+// D1: on any number of threads, again and again.
+static void check_threads(const Subject *s, uint64_t truth)
+{
+  static const int threads[] = {1, 2, 3, 5, 8};
+  for (int k = 0; k < 5; k++)
+    for (int run = 0; run < 3; run++) {
+      const Way way = {.threads = threads[k], .level = cpu_best_isa()};
+      CHECK_MSG(hash_of(s, way) == truth, "%s, %d threads, run %d", s->name, threads[k], run);
+    }
+}
+
+static void check_levels(const Subject *s, uint64_t truth)
+{
+  for (int level = ISA_REF; level <= (int)cpu_best_isa(); level++) {
+    CHECK(!strcmp(hot_table((IsaLevel)level)->name, isa_names[level])); // not a lower one in its place
+    CHECK_MSG(hash_of(s, (Way){.level = (IsaLevel)level, .threads = 2}) == truth, "%s, level %s", s->name,
               isa_names[level]);
   }
-  Film *a = rich_film(w, s, (RichRun){1, cpu_best_isa(), 0, 0, 2, false});
-  Film *b = rich_film(w, s, (RichRun){1, cpu_best_isa(), 0, 2, 5, false});
-  Film *c = rich_film(w, s, (RichRun){1, cpu_best_isa(), 0, 5, 6, false});
-  CHECK(film_merge(c, a, NULL) && film_merge(c, b, NULL) && film_hash(c) == truth);
-  film_destroy(a);
-  film_destroy(b);
-  film_destroy(c);
-  // Going on where a film stopped is the same as never having stopped.
-  Film *f = rich_film(w, s, (RichRun){1, cpu_best_isa(), 0, 0, 2, false});
-  RenderJob job = job_of(s, w, pinhole(0, 0.6f, 4, 0, -0.3f, 0, 40), f, 6);
-  job.settings.filter = FILTER_BLACKMAN_HARRIS;
+}
+
+// D2: in tiles of any size.
+static void check_tiles(const Subject *s, uint64_t truth)
+{
+  static const uint32_t sizes[] = {1, 7, 16, 64, 128};
+  for (int k = 0; k < 5; k++) {
+    const Way way = {.threads = 2, .level = cpu_best_isa(), .tile_size = sizes[k]};
+    CHECK_MSG(hash_of(s, way) == truth, "%s, tiles of %u", s->name, sizes[k]);
+  }
+}
+
+// D2: the samples in three parts, merged in every order.
+static void check_splits(const Subject *s, uint64_t truth)
+{
+  static const uint32_t ends[] = {0, 1, 3, SPP};
+  static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+  Film *parts[3];
+  for (int k = 0; k < 3; k++)
+    parts[k] = film_of(s, (Way){.level = cpu_best_isa(), .first = ends[k], .end = ends[k + 1]});
+  for (int o = 0; o < 6; o++) {
+    Film *sum = film_create(WIDTH, HEIGHT, ALL_PLANES, NULL);
+    for (int k = 0; k < 3; k++) CHECK(film_merge(sum, parts[orders[o][k]], NULL));
+    CHECK_MSG(film_hash(sum) == truth, "%s, parts merged in order %d", s->name, o);
+    film_destroy(sum);
+  }
+  // Pairs first: merging is associative, too.
+  CHECK(film_merge(parts[2], parts[1], NULL) && film_merge(parts[0], parts[2], NULL));
+  CHECK_MSG(film_hash(parts[0]) == truth, "%s, pairs merged first", s->name);
+  for (int k = 0; k < 3; k++) film_destroy(parts[k]);
+}
+
+TEST(a_picture_is_the_same_however_it_is_made)
+{
+  uint64_t hashes[SUBJECT_COUNT];
+  for (int i = 0; i < (TEST_IS_SLOW ? 1 : SUBJECT_COUNT); i++) {
+    Subject s = subject(i);
+    hashes[i] = hash_of(&s, (Way){.level = ISA_REF});
+    check_levels(&s, hashes[i]);
+    check_threads(&s, hashes[i]);
+    check_tiles(&s, hashes[i]);
+    check_splits(&s, hashes[i]);
+    for (int k = 0; k < i; k++) CHECK_MSG(hashes[k] != hashes[i], "%s is another subject's picture", s.name);
+    subject_finish(&s);
+  }
+}
+
+// D6. A new number belongs into the commit that means to change the picture.
+TEST(the_picture_has_not_changed)
+{
+  Subject s = rich_subject();
+  const uint64_t hash = hash_of(&s, (Way){.level = ISA_REF});
+  CHECK_MSG(hash == RICH_HASH, "it is %#llx", (unsigned long long)hash);
+  subject_finish(&s);
+}
+
+// D3, as far as films in memory go: going on where a film stopped is the same as never having stopped.
+TEST(a_film_goes_on_where_it_stopped)
+{
+  Subject s = rich_subject();
+  const uint64_t truth = hash_of(&s, (Way){.level = ISA_REF});
+  Film *f = film_of(&s, (Way){.level = cpu_best_isa(), .end = 2});
+  RenderJob job = {
+      .world = s.world, .eye = s.eye, .settings = s.settings, .seed = 1, .film = f, .end_sample = SPP};
   Err err = {0};
   CHECK(!render_run(&job, NULL, hot_table(ISA_REF), NULL, NULL, &err));
   CHECK_TEXT(err.text, "in the film already");
   job.first_sample = 2;
   CHECK(render_run(&job, NULL, hot_table(ISA_REF), NULL, NULL, NULL) && film_hash(f) == truth);
-  film_destroy(f);
+  film_clear(f);
+  job.first_sample = 0;
   job.seed = 2;
-  CHECK_MSG(truth == RICH_HASH, "the picture has changed: %#llx", (unsigned long long)truth);
-  world_release(w);
-  scene_destroy(s);
+  CHECK(render_run(&job, NULL, hot_table(ISA_REF), NULL, NULL, NULL) && film_hash(f) != truth);
+  film_destroy(f);
+  subject_finish(&s);
 }
 
 TEST(views_are_pictures_too)
@@ -287,7 +417,9 @@ TEST(large_meshes_are_prepared_by_all_threads)
     Jobs *jobs = jobs_create(1 + 2 * k, NULL);
     World *w = world_prepare(s, NULL, NULL, jobs, NULL, NULL);
     CHECK(w);
-    hash[k] = rich_hash(w, s, (RichRun){3, cpu_best_isa(), 0, 0, 1, false});
+    const Subject subject_k = {
+        .world = w, .eye = pinhole(0, 0.6f, 4, 0, -0.3f, 0, 40), .settings = s->render};
+    hash[k] = hash_of(&subject_k, (Way){.threads = 3, .level = cpu_best_isa(), .end = 1});
     world_release(w);
     jobs_destroy(jobs);
   }

@@ -234,7 +234,10 @@ static inline Vec3 eval_reflection(const Bsdf *b, const BsdfView *v, Vec3 wl, fl
 // reflection's height-correlated one, as in pbrt-v4.
 static inline Vec3 eval_refraction(const Bsdf *b, const BsdfView *v, Vec3 wl, float *pdf)
 {
-  const Vec3 sum = v->wo + b->eta * wl, h = v3_normalize(sum[2] > 0 ? sum : -sum);
+  // The sum of wo and wl times their indices, up to a factor that makes it the same seen from either side: a microfacet
+  // met at a grazing angle has a cosine of few digits, and they must be the same ones for reciprocity.
+  const Vec3 sum = b->eta < 1 ? (1 / b->eta) * v->wo + wl : v->wo + b->eta * wl;
+  const Vec3 h = v3_normalize(sum[2] > 0 ? sum : -sum);
   const float cos_o = v3_dot(v->wo, h), cos_l = v3_dot(wl, h);
   if (cos_o <= 0 || cos_l >= 0) return v3_all(0);
   // Both cosines are at hand, so near total reflection neither has to be the root of a difference.
