@@ -117,7 +117,7 @@ expect 64 'size' render missing.json -o a.png --size 0x8
 expect 64 'spp' render missing.json -o a.png --spp 0
 expect 64 'whole number' render missing.json -o a.png --spp 1e3
 expect 64 'seed' render missing.json -o a.png --seed -1
-expect 64 'max-depth' render missing.json -o a.png --max-depth 1000
+expect 64 'max-depth' render missing.json -o a.png --max-depth 5000
 expect 64 'path' render missing.json -o a.png --integrator pth
 expect 64 'time' render missing.json -o a.png --time 0
 expect 64 'noise' render missing.json -o a.png --noise nan
@@ -469,6 +469,24 @@ else
   expect 66 'gone.rtm' bench tree gone.rtm two.rays
   expect 73 'nowhere' bench tree -o nowhere/tree.svg
 fi
+
+# --- the ratios of bench/embree.sh: medians of the rounds, our best interface to the other's best -------
+lines() { # our flips
+  for round in 1 9 2; do
+    echo "rays,rayfold,a.rtm,fast,primary,batch,1,100000,0,${round}0,50.0,$1,0,0"
+    echo "rays,rayfold,a.rtm,fast,primary,single,1,100000,0,6,50.0,0,0,0"
+    echo "rays,embree,a.rtm,medium,primary,single,1,100000,0,4,50.0,0,0,0"
+    echo "rays,embree,a.rtm,medium,primary,stream,1,100000,0,8,50.0,0,0,0"
+    echo "build,rayfold,a.rtm,1000,fast,1,0,0,0,$round,64.0,-,0"
+  done
+}
+lines 1 | awk -F, -v sets=primary -f "$top/bench/ratios.awk" >out 2>err || failed "ratios.awk fails"
+has '^a  *primary  *20.00 batch  *8.00 stream  *2.50  *6.00  *4.00  *1.50$' out
+has '^a  *1000 ours fast  *2.00  *64.0  *-$' out
+has '^a  *primary  *100000  *1  *0  *0   *0  *0  *0$' out
+checks=$((checks + 1))
+lines 11 | awk -F, -v sets=primary -f "$top/bench/ratios.awk" >out 2>err && failed "ratios.awk takes 11 flips in 100,000"
+has '^a  *primary  *100000  *11  *0  *0!' out
 
 # --- the picture is a function of the scene and settings only --------------------------------------
 base="cornell.json --size 40x30 --seed 7"

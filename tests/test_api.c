@@ -45,6 +45,38 @@ TEST(equal_pictures_have_equal_hashes)
   rf_engine_destroy(e);
 }
 
+TEST(a_render_takes_what_a_scene_file_takes)
+{
+  static const struct {
+    int max_depth, roulette_depth;
+    bool is_fine;
+  } cases[] = {{0, 0, true},     {4096, 4096, true}, {-1, 3, false},
+               {4097, 3, false}, {8, -1, false},     {8, 4097, false}};
+  rf_engine *e = rf_engine_create(NULL);
+  rf_scene *s = rf_scene_create(e);
+  rf_world *w = rf_prepare(s, NULL);
+  rf_film *f = rf_film_create(e, 2, 2, RF_BEAUTY);
+  rf_eye eye;
+  CHECK(rf_camera(s, w, NULL, 1, &eye));
+  for (int i = 0; i < 6; i++) {
+    rf_render_def def = rf_default_render_def();
+    char depth[12];
+    def.max_depth = cases[i].max_depth;
+    def.roulette_depth = cases[i].roulette_depth;
+    def.first_sample = i;
+    def.end_sample = i + 1;
+    CHECK_MSG(rf_render(w, &eye, &def, f, NULL) == (cases[i].is_fine ? RF_OK : RF_BAD_ARGUMENT), "case %d",
+              i);
+    snprintf(depth, sizeof depth, "%d", cases[i].max_depth);
+    if (cases[i].roulette_depth == 3) CHECK(!rf_set(s, "render.max_depth", depth));
+    if (cases[i].is_fine) CHECK(rf_set(s, "render.max_depth", depth));
+  }
+  rf_film_destroy(f);
+  rf_world_destroy(w);
+  rf_scene_destroy(s);
+  rf_engine_destroy(e);
+}
+
 // --- objects --------------------------------------------------------------------------------------
 static const rf_frame unmoved = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
 

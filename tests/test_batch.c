@@ -31,7 +31,11 @@ static Ray bundle_ray(Bundle kind, const Accel *a, const Soup *s, Random *r, int
   case BUNDLE_COUNT: break;
   }
   if (i % 97 == 5) ray.d[i % 3] = 0;
-  if (i % 211 == 7) ray.o[1] = NAN;
+  if (i % 71 == 7) ray.o[i % 3] = i % 2 ? NAN : INFINITY;
+  if (i % 73 == 8) ray.d[i % 3] = i % 2 ? NAN : -INFINITY;
+  if (i % 79 == 9) ray.o[i % 3] = -0.0f;
+  if (i % 199 == 3) ray.tmin = i % 2 ? NAN : -1;
+  if (i % 193 == 4) ray.tmax = i % 2 ? NAN : FLT_MAX;
   if (i % 223 == 9) ray.d = v3_all(0);
   if (i % 227 == 11) ray.tmax = -1;
   if (i % 229 == 13) ray.d = ray.d * 1e-39f;

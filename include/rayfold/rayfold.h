@@ -180,7 +180,8 @@ typedef struct rf_surface {
   const char *material_name; // lives as long as the world; NULL: the default one, or a light's
 } rf_surface;
 
-// Hot: these check nothing and allocate nothing. Nearest hit with tmin < t < tmax; any hit.
+// Hot: these check nothing and allocate nothing; they use up to 256 KiB of the caller's stack. Nearest hit with
+// tmin < t < tmax; any hit.
 RF_API bool rf_intersect(const rf_world *w, const rf_ray *ray, rf_hit *hit);
 RF_API bool rf_occluded(const rf_world *w, const rf_ray *ray);
 // Many rays at once, in any order: faster than one by one.

@@ -70,7 +70,9 @@ static inline unsigned rayset_ready_group(RaySet *s, int g, unsigned lanes, unsi
   for (int k = 0; k < 3; k++) {
     d[k] = wx_load(s->d[k] + at);
     size[k] = wx_max(d[k], -d[k]);
-    good &= lanes_finite(d[k]) & lanes_finite(wx_load(s->o[k] + at));
+    const wx o = wx_load(s->o[k] + at) + none; // -0 becomes 0
+    wx_store(s->o[k] + at, o);
+    good &= lanes_finite(d[k]) & lanes_finite(o);
     const unsigned tiny = wx_lt(size[k], wx_set(FLT_MIN));
     if (tiny & lanes) *seen |= 1 << 9;
     d[k] = wx_choose(tiny, d[k] * none, d[k]); // zero of the same sign

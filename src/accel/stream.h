@@ -129,10 +129,8 @@ static inline Meeting node_meet_dense(const Stream *s, const RaySet *rays, const
 // Puts the children that are met on the stack, the nearest on top.
 static inline void stream_push(StreamStack *stack, const Node8 *n, const Meeting *m, bool is_any)
 {
-  static const uint32_t lanes[8] = {0, 1, 2, 3, 4, 5, 6, 7};
-  const Node8 *numbered = n;
-  (void)lanes, (void)numbered;
 #if WIDE_SORTS
+  static const uint32_t lanes[8] = {0, 1, 2, 3, 4, 5, 6, 7};
   uint64_t keys[8];
   const int count = wide_push(keys, lanes, m->near.t[0], m->bits, !is_any);
 #else

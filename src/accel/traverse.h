@@ -10,28 +10,42 @@
 
 #include "accel/step.h"
 
+// The nearest child on the stack that is not beyond tmax; false when there is none.
+static inline bool pop_child(const StackEntry *stack, int *height, float tmax, uint32_t *child)
+{
+  while (*height > 0) {
+    const StackEntry e = stack[--*height];
+    *child = e.child;
+    if (!(e.near > tmax)) return true;
+  }
+  return false;
+}
+
 static inline bool mesh_closest(Query *q, const Visit *v)
 {
   const MeshTree *m = v->instance->mesh;
   StackEntry stack[STACK_SIZE + 8];
   int height = 0;
   bool found = false;
-  stack[height++] = (StackEntry){m->root, v->near};
-  while (height > 0) {
-    const StackEntry e = stack[--height];
-    if (e.near > q->best.t) continue;
-    if (e.child & LEAF_BIT) {
-      found |= block_closest(q, v, &m->blocks[e.child & ~LEAF_BIT]);
-      if (found && q->is_any) return true;
-      continue;
+  uint32_t child = m->root;
+  for (;;) {
+    // Down to a leaf, always to the nearest child; one that is alone need not go over the stack.
+    while (!(child & LEAF_BIT)) {
+      const Node8 *n = &m->nodes[child];
+      Near8 near;
+      q->counters->nodes++;
+      const unsigned bits = node8_hit(n, v->ray, q->best.t, &near);
+      if (bits && !(bits & (bits - 1))) {
+        child = n->child[__builtin_ctz(bits)];
+        continue;
+      }
+      height = push_children(stack, height, n, bits, &near, q->is_any);
+      if (!pop_child(stack, &height, q->best.t, &child)) return found;
     }
-    const Node8 *n = &m->nodes[e.child];
-    Near8 near;
-    q->counters->nodes++;
-    const unsigned bits = node8_hit(n, v->ray, q->best.t, &near);
-    height = push_children(stack, height, n, bits, &near, q->is_any);
+    found |= block_closest(q, v, &m->blocks[child & ~LEAF_BIT]);
+    if (found && q->is_any) return true;
+    if (!pop_child(stack, &height, q->best.t, &child)) return found;
   }
-  return found;
 }
 
 // The instance's primitives, by the ray brought into its space.

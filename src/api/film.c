@@ -68,7 +68,7 @@ typedef struct ChoiceNames {
 static ChoiceNames choices[] = {
     {&group_render, "integrator", {{0}}}, {&group_render, "filter", {{0}}}, {&group_develop, "tone_curve", {{0}}}};
 
-static const Field *choice_field(const Group *g, const char *field)
+static const Field *find_field(const Group *g, const char *field)
 {
   const Kind *k = &g->kinds[0];
   for (size_t i = 0; i < k->field_count; i++)
@@ -79,7 +79,7 @@ static const Field *choice_field(const Group *g, const char *field)
 static void fill_choices(void)
 {
   for (size_t i = 0; i < sizeof choices / sizeof *choices; i++) {
-    const Field *f = choice_field(choices[i].group, choices[i].field);
+    const Field *f = find_field(choices[i].group, choices[i].field);
     for (int32_t c = 0; c < 16 && choice_name(f, c, choices[i].names[c]); c++) continue;
   }
 }
@@ -96,7 +96,7 @@ static const char *choice_text(const Group *g, const char *field, int32_t index)
 // The index of a choice's name; -1 with the error recorded.
 static int32_t choice_index(const Group *g, const char *field, const char *name, const char *function)
 {
-  const Field *f = choice_field(g, field);
+  const Field *f = find_field(g, field);
   char found[40];
   for (int32_t c = 0; choice_name(f, c, found); c++)
     if (name && !strcmp(found, name)) return c;
@@ -138,8 +138,10 @@ static bool settings_from(const rf_render_def *def, RenderSettings *out)
   if (def->first_sample < 0 || def->end_sample < def->first_sample || def->end_sample > FILM_MOST_SAMPLES)
     return api_bad_argument(function, "samples %d to %d: they must rise and stay within 0 and %d", def->first_sample,
                             def->end_sample, FILM_MOST_SAMPLES);
-  if (def->max_depth < 0 || def->max_depth > 255 || def->roulette_depth < 0)
-    return api_bad_argument(function, "max_depth %d: it must be between 0 and 255", def->max_depth);
+  const int most = (int)find_field(&group_render, "max_depth")->high;
+  if (def->max_depth < 0 || def->max_depth > most || def->roulette_depth < 0 || def->roulette_depth > most)
+    return api_bad_argument(function, "max_depth %d and roulette_depth %d: they must be between 0 and %d",
+                            def->max_depth, def->roulette_depth, most);
   if (!(def->clamp >= 0) || !(def->filter_width >= 0) || def->filter_width > 16)
     return api_bad_argument(function, "clamp must not be negative, and filter_width between 0 and 16");
   out->max_depth = def->max_depth;

@@ -51,6 +51,8 @@ static inline void tree_ray_set_axis(TreeRay *r, int k)
 // counts as 0. Components of d too small to have a reciprocal count as 0, for boxes and triangles alike.
 static inline bool tree_ray_init(TreeRay *r, Vec3 o, Vec3 d, float tmin)
 {
+  const bool is_finite = v3_is_finite(d) && v3_is_finite(o);
+  o += v3_all(0); // -0 becomes 0: rays from one place start alike
   const Vec3i sign = {INT32_MIN, INT32_MIN, INT32_MIN, INT32_MIN};
   const Vec3 size = (Vec3)((Vec3i)d & ~sign);
   d = (Vec3)((Vec3i)d & (sign | (size >= FLT_MIN)));
@@ -71,7 +73,7 @@ static inline bool tree_ray_init(TreeRay *r, Vec3 o, Vec3 d, float tmin)
   r->sy = s[r->ky];
   r->tmin = max_f(tmin, 0);
   const float longest = r->d[r->kz];
-  return longest != 0 && fabsf(longest) < MOST_DIRECTION && v3_is_finite(d) && v3_is_finite(o);
+  return longest != 0 && fabsf(longest) < MOST_DIRECTION && is_finite;
 }
 
 // Where the ray enters the box, or infinity when it misses it or enters beyond tmax. NaN, from a plane the ray lies

@@ -27,9 +27,9 @@
   F(choice,  integrator, 0, 0, 0, "path|normal|depth|albedo|uv|id|bary|cost", "What a pixel shows: light, or a debug view, which `rayfold render` saves untouched by `develop`.") \
   F(size,    size, (1280, 720), 1, 32768, "px", "Width and height of the picture.")                                 \
   F(integer, spp, 64, 1, 524288, "", "Samples a pixel.")                                                            \
-  F(integer, max_depth, 8, 0, 255, "", "Most bounces of a path; 0 shows emitted light only, 1 direct light.")       \
+  F(integer, max_depth, 8, 0, 4096, "", "Most bounces of a path; 0 shows emitted light only, 1 direct light.")      \
   F(integer, seed, 1, 0, 2147483647, "", "Same seed, same picture.")                                                \
-  F(integer, roulette_depth, 3, 0, 255, "", "Bounces before Russian roulette may end a path.")                      \
+  F(integer, roulette_depth, 3, 0, 4096, "", "Bounces before Russian roulette may end a path.")                     \
   F(choice,  filter, 1, 0, 0, "box|blackman_harris|gaussian", "Shape of the pixel reconstruction filter.")          \
   F(real,    filter_width, 0, 0, 16, "px", "Full width of the filter; 0 takes 1 for box, 3 for the others.")        \
   F(real,    clamp, 0, 0, NO_LIMIT, "", "Largest radiance a bounce may bring to a pixel; 0 is off and unbiased.")   \
