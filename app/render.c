@@ -407,6 +407,10 @@ static ExitCode prepare(Render *r)
   r->world = rf_prepare(r->scene, NULL);
   progress_clear(&r->progress);
   if (!r->world) return fail_library(r->engine);
+  rf_vec3 lo, hi;
+  if (!r->is_quiet && !rf_world_bounds(r->world, &lo, &hi))
+    say_note("%s: there is nothing to see but the sky: no object, or none with a surface",
+             r->args->operands[0]);
   plan_samples(r);
   const float aspect = (float)r->stats.width / (float)r->stats.height;
   const ExitCode code = r->is_bare ? prepare_stage(r, aspect) : EXIT_DONE;

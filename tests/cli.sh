@@ -233,6 +233,8 @@ ply 0 '0 0 0\n1 0 0\n0 1 0\n' >none.ply
 code=$?
 checks=$((checks + 1))
 [ $code -eq 0 ] || [ $code -eq 65 ] || failed "a mesh of no triangles: exit code $code"
+printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n' >line.obj
+expect 0 'nothing to see' render line.obj -o none.png --size 24x16 --spp 1
 expect 0 '' render cornell.json -o whole.png $small
 head -c 60 whole.png >cut.png
 printf '{"rayfold": 1, "textures": {"t": {"kind": "image", "file": "cut.png"}},

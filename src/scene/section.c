@@ -66,7 +66,8 @@ size_t section_count(const Scene *s, const Section *c)
 void *section_at(const Scene *s, const Section *c, size_t i)
 {
   if (c->form == SECTION_ONE) return (char *)(size_t)s + c->offset;
-  return (char *)get_array(s, c).items + i * c->group->size;
+  char *items = get_array(s, c).items;
+  return items ? items + i * c->group->size : NULL; // of an empty section there is no address, not even the first
 }
 
 bool *section_given(const Scene *s, const Section *c)
