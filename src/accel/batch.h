@@ -27,16 +27,19 @@ static inline Batch batch_part(const Batch *b, size_t first, size_t count)
 // Answers all rays: the nearest hit of each in b->hits, or whether there is any in b->blocked.
 static inline void accel_ask(const Batch *b)
 {
-  size_t at = 0;
-  while (at < b->count) {
-    const size_t count = b->count - at < SET_SIZE ? b->count - at : SET_SIZE;
-    const float shared = stream_run(b, at, (int)count);
-    at += count;
-    if (shared >= SHARED_LEAST || at == b->count) continue;
-    const Batch part = batch_part(b, at, b->count - at < TURNS_FOR ? b->count - at : TURNS_FOR);
-    turns_walk(&part);
-    at += part.count;
+  BatchHabit habit = b->habit ? *b->habit : (BatchHabit){0};
+  for (size_t at = 0, count; at < b->count; at += count) {
+    const size_t most = habit.turns_left ? habit.turns_left : SET_SIZE;
+    count = b->count - at < most ? b->count - at : most;
+    if (habit.turns_left) {
+      const Batch part = batch_part(b, at, count);
+      turns_walk(&part);
+      habit.turns_left -= count;
+    } else if (stream_run(b, at, (int)count) < SHARED_LEAST) {
+      habit.turns_left = TURNS_FOR;
+    }
   }
+  if (b->habit) *b->habit = habit;
 }
 
 #endif

@@ -5,8 +5,13 @@
 
 #include "accel/step.h"
 
+// Carried from one batch to the next of the same kind: what walk suited the last.
+typedef struct BatchHabit {
+  size_t turns_left; // rays to be walked in turns before a stream is tried again
+} BatchHabit;
+
 // Where rays come from and answers go. Either hits or blocked is NULL. user_stride: bytes from one ray's filter
-// argument to the next's.
+// argument to the next's. habit may be NULL.
 typedef struct Batch {
   const Accel *accel;
   const PackedRay *rays;
@@ -16,6 +21,7 @@ typedef struct Batch {
   const void *user;
   size_t user_stride;
   RayCounters *counters;
+  BatchHabit *habit;
   Hit *hits;
   uint8_t *blocked;
 } Batch;

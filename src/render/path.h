@@ -1,6 +1,7 @@
 // Path: unidirectional path tracing with light sampling and multiple importance sampling (Veach 1997, chapters 9 and
-// 10; pbrt, "A better path tracer"). The steps below come in the order of the physics. The ray that continues the
-// path is also the BSDF's half of direct light, so each vertex costs one ray and one shadow ray a group of lights.
+// 10; pbrt, "A better path tracer"). The steps below come in the order of the physics; wave.h takes them, for many paths
+// side by side. The ray that continues the path is also the BSDF's half of direct light, so each vertex costs one ray
+// and one shadow ray a group of lights.
 //
 // Depth counts bounces: 0 is what the eye sees shining, 1 is direct light. Inside a body light fades by Beer-Lambert
 // with the absorption of the surface it came in through; bodies inside bodies are not kept track of.
@@ -21,7 +22,6 @@ enum { PAIR_FILM, PAIR_LENS, PAIR_VERTEX, PAIR_SCATTER = 0, PAIR_CHOICES, PAIR_L
 typedef struct Path {
   const RenderPass *pass;
   const Sampler *sampler;
-  RayCounters *rays;
   uint32_t seed;     // of this sample, for alpha
   int32_t depth;     // bounces so far
   Vec3 radiance;     // found so far
@@ -32,6 +32,14 @@ typedef struct Path {
   float scatter_pdf; // with which its BSDF chose the ray
   bool was_delta;    // no light could have been aimed at in that direction
 } Path;
+
+// Where a path is.
+typedef struct PathVertex {
+  const SurfaceMaterial *m;
+  SurfacePoint s;
+  Bsdf bsdf;
+  Vec3 wo;
+} PathVertex;
 
 static inline uint32_t path_pair(const Path *p, uint32_t which)
 {
@@ -104,58 +112,78 @@ static inline void path_add_sky(Path *p, Vec3 d)
   path_add(p, p->depth, p->throughput * light * path_fade(p->absorption, INFINITY));
 }
 
+// The path's ray meets a surface: what is lost on the way, what shines there, and how the surface scatters.
+static inline void path_arrive(Path *p, const Ray *ray, const Hit *hit, PathVertex *v)
+{
+  const World *w = p->pass->world;
+  v->s = trace_surface(w, ray, hit);
+  v->m = &w->materials[v->s.material];
+  v->wo = -ray->d;
+  p->throughput *= path_fade(p->absorption, hit->t);
+  path_add_emission(p, v->m, &v->s, ray, hit);
+  material_bsdf(v->m, w->textures, &v->s, v->wo, &v->bsdf);
+}
+
 // --- sample lights ------------------------------------------------------------------------------
 
 // What is absorbed on the way from s towards wl: outside nothing, inside what the body's skin says.
-static inline Vec3 path_absorption_towards(const Path *p, const SurfaceMaterial *m, const SurfacePoint *s,
-                                           Vec3 wl)
+static inline Vec3 path_absorption_towards(const Path *p, const PathVertex *v, Vec3 wl)
 {
-  const bool crosses = (v3_dot(wl, s->ng) < 0) != s->is_back;
-  if (!crosses || m->is_thin_walled) return p->absorption;
-  return s->is_back ? v3_all(0) : m->absorption;
+  const bool crosses = (v3_dot(wl, v->s.ng) < 0) != v->s.is_back;
+  if (!crosses || v->m->is_thin_walled) return p->absorption;
+  return v->s.is_back ? v3_all(0) : v->m->absorption;
 }
 
-static inline void path_sample_lights(Path *p, const SurfaceMaterial *m, const SurfacePoint *s, const Bsdf *b,
-                                      const BsdfView *view)
+// Light that arrives at a vertex if nothing is in its way, and the ray that asks.
+typedef struct PathLight {
+  PackedRay ray;
+  Vec3 light; // as the eye will see it
+  uint32_t seed;
+  uint16_t path_i, group;
+} PathLight;
+
+// What one group of lights offers the vertex; false: nothing.
+static inline bool path_sample_light(const Path *p, const PathVertex *v, const BsdfView *view, size_t group,
+                                     PathLight *out)
 {
   const World *w = p->pass->world;
-  const size_t groups = light_group_count(&w->lights);
-  for (size_t g = 0; g < groups; g++) {
-    const Vec2 place = sample_pair(p->sampler, path_pair(p, PAIR_LIGHTS + 2 * (uint32_t)g));
-    // Only emitters are chosen among.
-    const float choice =
-        g == 0 && w->lights.emitter_count > 1 ? sample_pair(p->sampler, path_pair(p, PAIR_LIGHTS + 1)).x : 0;
-    LightSample l;
-    float scatter_pdf;
-    if (!light_sample(&w->lights, w->textures, g, s->p, b->frame.z, choice, place, &l)) continue;
-    const Vec3 f = bsdf_eval_view(b, view, l.wl, &scatter_pdf);
-    const Vec3 light = p->throughput * f * l.radiance *
-                       path_fade(path_absorption_towards(p, m, s, l.wl), l.distance) *
-                       ((l.is_delta ? 1 : mis_weight(l.pdf, scatter_pdf)) / l.pdf);
-    if (v3_is_zero(light)) continue;
-    if (!trace_is_free(w, s, l.wl, l.distance, path_ray_seed(p, 1 + (uint32_t)g), p->rays)) continue;
-    path_add(p, p->depth + 1, light);
-  }
+  const Bsdf *b = &v->bsdf;
+  const Vec2 place = sample_pair(p->sampler, path_pair(p, PAIR_LIGHTS + 2 * (uint32_t)group));
+  // Only emitters are chosen among.
+  const float choice = group == 0 && w->lights.emitter_count > 1
+                           ? sample_pair(p->sampler, path_pair(p, PAIR_LIGHTS + 1)).x
+                           : 0;
+  LightSample l;
+  float scatter_pdf;
+  if (!light_sample(&w->lights, w->textures, group, v->s.p, b->frame.z, choice, place, &l)) return false;
+  const Vec3 f = bsdf_eval_view(b, view, l.wl, &scatter_pdf);
+  out->light = p->throughput * f * l.radiance * path_fade(path_absorption_towards(p, v, l.wl), l.distance) *
+               ((l.is_delta ? 1 : mis_weight(l.pdf, scatter_pdf)) / l.pdf);
+  if (v3_is_zero(out->light)) return false;
+  const Ray ray = trace_light_ray(&v->s, l.wl, l.distance);
+  out->ray = ray_pack(&ray);
+  out->seed = path_ray_seed(p, 1 + (uint32_t)group);
+  return true;
 }
 
 // --- scatter, and decide whether to go on -------------------------------------------------------
 
-static inline bool path_scatter(Path *p, const SurfaceMaterial *m, const SurfacePoint *s, const Bsdf *b,
-                                Vec3 wo, float choice, Ray *ray)
+static inline bool path_scatter(Path *p, const PathVertex *v, float choice, Ray *ray)
 {
   BsdfSample next;
+  const Bsdf *b = &v->bsdf;
   const Vec2 place = sample_pair(p->sampler, path_pair(p, PAIR_SCATTER));
-  if (!bsdf_sample(b, wo, choice, place, &next)) return false;
+  if (!bsdf_sample(b, v->wo, choice, place, &next)) return false;
   p->throughput *= next.weight;
   if (v3_is_zero(p->throughput) || !v3_is_finite(p->throughput)) return false;
   if (next.is_transmission) {
-    p->absorption = path_absorption_towards(p, m, s, next.wl);
+    p->absorption = path_absorption_towards(p, v, next.wl);
     if (!b->is_thin) p->eta_scale *= b->eta * b->eta;
   }
   p->scatter_pdf = next.pdf;
   p->was_delta = next.is_delta;
-  p->from = s->p;
-  *ray = (Ray){offset_origin(s, next.wl), next.wl, 0, INFINITY};
+  p->from = v->s.p;
+  *ray = (Ray){offset_origin(&v->s, next.wl), next.wl, 0, INFINITY};
   return true;
 }
 
@@ -169,7 +197,7 @@ static inline bool path_survives(Path *p, float chance)
   return true;
 }
 
-// --- the walk -----------------------------------------------------------------------------------
+// --- what is seen first -----------------------------------------------------------------------------
 
 static inline bool bsdf_is_delta(const Bsdf *b)
 {
@@ -190,58 +218,6 @@ static inline void path_first_hit(const RenderPass *pass, const SurfacePoint *s,
   out->depth = e->kind == EYE_PANORAMIC ? hit->t : v3_dot(e->frame.p - s->p, e->frame.z);
   out->object = pass->world->instances[s->instance].object_i + 1;
   out->material = s->material + 1;
-}
-
-// The seed of the camera's ray, for whoever traces it.
-static inline uint32_t path_camera_seed(uint32_t seed) { return hash_combine(seed, 0); }
-
-// first: what the camera's ray met.
-static inline FilmSample path_render(const RenderPass *pass, const Sampler *sampler, Ray ray, const Hit *first,
-                                     uint32_t seed, RayCounters *rays)
-{
-  const World *w = pass->world;
-  FilmSample out = {.alpha = 1};
-  Path p = {
-      .pass = pass, .sampler = sampler, .rays = rays, .seed = seed, .throughput = v3_all(1), .eta_scale = 1};
-  for (;; p.depth++) {
-    // Find the next vertex.
-    Hit hit = *first;
-    if (p.depth) trace_closest(w, &ray, RAY_BOUNCE, path_ray_seed(&p, 0), rays, &hit);
-    if (hit.instance == NO_HIT) {
-      const bool is_background = p.depth == 0 && pass->settings.transparent;
-      if (is_background)
-        out.alpha = 0;
-      else
-        path_add_sky(&p, ray.d);
-      break;
-    }
-    const SurfacePoint s = trace_surface(w, &ray, &hit);
-    const SurfaceMaterial *m = &w->materials[s.material];
-    const Vec3 wo = -ray.d;
-    p.throughput *= path_fade(p.absorption, hit.t);
-
-    // Add what it emits.
-    path_add_emission(&p, m, &s, &ray, &hit);
-    Bsdf b;
-    material_bsdf(m, w->textures, &s, wo, &b);
-    if (p.depth == 0) path_first_hit(pass, &s, &hit, bsdf_albedo(&b), &out);
-    if (p.depth >= pass->settings.max_depth || m->kind == SURFACE_EMISSION) break;
-
-    // Sample lights, every group of them.
-    if (!bsdf_is_delta(&b)) {
-      const BsdfView view = bsdf_view(&b, frame_local(&b.frame, wo));
-      path_sample_lights(&p, m, &s, &b, &view);
-    }
-
-    // Scatter.
-    const Vec2 choices = sample_pair(sampler, path_pair(&p, PAIR_CHOICES));
-    if (!path_scatter(&p, m, &s, &b, wo, choices.x, &ray)) break;
-
-    // Decide whether to go on.
-    if (!path_survives(&p, choices.y)) break;
-  }
-  out.radiance = p.radiance;
-  return out;
 }
 
 #endif

@@ -6,6 +6,7 @@
 #define RAYFOLD_RENDER_TRACE_H
 
 #include "accel/batch.h"
+#include "accel/place.h"
 #include "accel/traverse.h"
 #include "base/hash.h"
 #include "geom/offset.h"
@@ -19,16 +20,7 @@ typedef struct TraceQuery {
 
 static inline SurfacePoint trace_surface(const World *w, const Ray *ray, const Hit *hit)
 {
-  const Instance *i = &w->accel->instances[hit->instance];
-  const Placement at = {&i->world_from_object, &i->object_from_world};
-  SurfacePoint s;
-  switch ((InstanceKind)i->kind) {
-  case INSTANCE_MESH: s = surface_of_triangle(&w->instances[hit->instance].mesh, &at, ray, hit); break;
-  case INSTANCE_SPHERE: s = surface_of_sphere(i->size[0], &at, ray, hit); break;
-  case INSTANCE_QUAD: s = surface_of_flat(i->size[0], i->size[1], &at, ray, hit); break;
-  case INSTANCE_DISK: s = surface_of_flat(i->size[0], i->size[0], &at, ray, hit); break;
-  default: unreachable();
-  }
+  SurfacePoint s = accel_surface(w->accel, &w->instances[hit->instance].mesh, ray, hit);
   s.material = world_material(w, hit);
   return s;
 }
@@ -59,33 +51,13 @@ static inline bool trace_closest(const World *w, const Ray *ray, RayMask mask, u
   return accel_closest(w->accel, ray, mask, trace_counts, &q, rays, hit);
 }
 
-// The camera's rays of many pixels, with a query each.
-static inline void trace_camera(const World *w, const PackedRay *packed, const TraceQuery *queries,
-                                size_t count, RayCounters *rays, Hit *hits)
+// The ray that asks whether the way from s towards wl is free for `distance`. It ends short of the light, whose own
+// surface is not in the way: by the rounding of both ends and of the direction.
+static inline Ray trace_light_ray(const SurfacePoint *s, Vec3 wl, float distance)
 {
-  rays->camera_rays += count;
-  accel_ask(&(Batch){.accel = w->accel,
-                     .rays = packed,
-                     .count = count,
-                     .mask = RAY_CAMERA,
-                     .filter = trace_counts,
-                     .user = queries,
-                     .user_stride = sizeof *queries,
-                     .counters = rays,
-                     .hits = hits});
-}
-
-// Is the way from s towards wl free for `distance`? It ends short of the light, whose own surface is not in the way:
-// by the rounding of both ends and of the direction.
-static inline bool trace_is_free(const World *w, const SurfacePoint *s, Vec3 wl, float distance,
-                                 uint32_t seed, RayCounters *rays)
-{
-  const TraceQuery q = {w, seed};
   const Vec3 size = v3_abs(s->p);
   const float slack = 1e-5f * distance + 1e-6f * v3_max_lane(size);
-  const Ray ray = {offset_origin(s, wl), wl, 0, distance < INFINITY ? distance - slack : distance};
-  rays->shadow_rays++;
-  return !accel_any(w->accel, &ray, RAY_SHADOW, trace_counts, &q, rays);
+  return (Ray){offset_origin(s, wl), wl, 0, distance < INFINITY ? distance - slack : distance};
 }
 
 #endif

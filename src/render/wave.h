@@ -1,0 +1,203 @@
+// Wave: paths that go side by side, a bounce at a time, so that their rays are asked together: camera rays share
+// their way through the trees, shadow rays of one group of lights go alike, and bounces have other rays to work on
+// while one waits for memory. A path's result does not depend on who goes beside it: its rays get the same answers
+// alone, and its light is added in its own order.
+//
+//   wave_add a path for each sample -> wave_trace: what the camera's rays meet; shade; ask for the lights; what the
+//                                      next rays meet; ...
+//
+// 64 paths against 256 and 1024: within 5 % either way in four scenes, so the smallest, which stays in the cache.
+
+#ifndef RAYFOLD_RENDER_WAVE_H
+#define RAYFOLD_RENDER_WAVE_H
+
+#include "render/path.h"
+
+enum {
+  WAVE_SIZE = 64,              // paths
+  WAVE_LIGHTS = 2 * WAVE_SIZE, // rays to lights that are asked together
+  LIGHT_GROUPS_APART = 4,      // whose rays are asked by themselves; those of later groups go together
+  DEPTHS_APART = 3,            // likewise: first, second, later bounces
+};
+
+typedef struct Wave {
+  const RenderPass *pass;
+  RayCounters *counters;
+  size_t count;
+  Sampler samplers[WAVE_SIZE];
+  Path paths[WAVE_SIZE];
+  FilmSample seen[WAVE_SIZE];
+
+  int32_t depth;
+  size_t going; // paths still on their way
+  uint16_t path_of[WAVE_SIZE];
+  PackedRay rays[WAVE_SIZE];
+  TraceQuery queries[WAVE_SIZE];
+  Hit hits[WAVE_SIZE];
+  BatchHabit habits[DEPTHS_APART + LIGHT_GROUPS_APART];
+
+  size_t light_count;
+  PathLight lights[WAVE_LIGHTS];
+} Wave;
+
+static inline void wave_begin(Wave *w, const RenderPass *pass, RayCounters *counters)
+{
+  w->pass = pass;
+  w->counters = counters;
+  w->count = w->light_count = 0;
+  memset(w->habits, 0, sizeof w->habits);
+}
+
+// Adds the path of one sample of a pixel.
+static inline void wave_add(Wave *w, uint32_t x, uint32_t y, uint32_t sample)
+{
+  const RenderPass *pass = w->pass;
+  const Film *film = pass->film;
+  const size_t i = w->count++;
+  const Sampler sampler = sampler_begin(x, y, sample, pass->seed);
+  const Vec2 off = filter_sample(&pass->filter, sample_pair(&sampler, PAIR_FILM));
+  const Vec2 place = {(float)x + 0.5f + off.x, (float)y + 0.5f + off.y};
+  const Vec2 lens = pass->eye.aperture > 0 ? sample_pair(&sampler, PAIR_LENS) : (Vec2){0, 0};
+  const Ray ray = eye_ray(&pass->eye, (float)film->width, (float)film->height, place, lens);
+  w->samplers[i] = sampler;
+  w->paths[i] = (Path){.pass = pass,
+                       .sampler = &w->samplers[i],
+                       .seed = hash_combine(sampler.pixel_seed, sample),
+                       .throughput = v3_all(1),
+                       .eta_scale = 1};
+  w->seen[i] = (FilmSample){.alpha = 1};
+  w->path_of[i] = (uint16_t)i;
+  w->rays[i] = ray_pack(&ray);
+  w->queries[i] = (TraceQuery){pass->world, path_ray_seed(&w->paths[i], 0)};
+}
+
+// What the rays meet that are on their way.
+static inline void wave_find(Wave *w, RayMask mask)
+{
+  *(mask == RAY_CAMERA ? &w->counters->camera_rays : &w->counters->bounce_rays) += w->going;
+  accel_ask(&(Batch){.accel = w->pass->world->accel,
+                     .rays = w->rays,
+                     .count = w->going,
+                     .mask = mask,
+                     .filter = trace_counts,
+                     .user = w->queries,
+                     .user_stride = sizeof *w->queries,
+                     .counters = w->counters,
+                     .habit = &w->habits[w->depth < DEPTHS_APART ? w->depth : DEPTHS_APART - 1],
+                     .hits = w->hits});
+}
+
+static inline void wave_look(Wave *w)
+{
+  w->depth = 0;
+  w->going = w->count;
+  wave_find(w, RAY_CAMERA);
+}
+
+// --- lights ---------------------------------------------------------------------------------------
+
+// Asks for the rays to one group of lights, those after the last that is kept apart together.
+static inline void wave_ask_lights(Wave *w, int group, bool *is_blocked)
+{
+  PackedRay rays[WAVE_LIGHTS];
+  TraceQuery queries[WAVE_LIGHTS];
+  uint8_t blocked[WAVE_LIGHTS];
+  uint16_t light_of[WAVE_LIGHTS];
+  size_t count = 0;
+  for (size_t i = 0; i < w->light_count; i++) {
+    const PathLight *l = &w->lights[i];
+    if (l->group != group) continue;
+    rays[count] = l->ray;
+    queries[count] = (TraceQuery){w->pass->world, l->seed};
+    light_of[count++] = (uint16_t)i;
+  }
+  w->counters->shadow_rays += count;
+  accel_ask(&(Batch){.accel = w->pass->world->accel,
+                     .rays = rays,
+                     .count = count,
+                     .mask = RAY_SHADOW,
+                     .filter = trace_counts,
+                     .user = queries,
+                     .user_stride = sizeof *queries,
+                     .counters = w->counters,
+                     .habit = &w->habits[DEPTHS_APART + group],
+                     .blocked = blocked});
+  for (size_t k = 0; k < count; k++) is_blocked[light_of[k]] = blocked[k];
+}
+
+// Adds the light that nothing is in the way of, in the order it was offered.
+static inline void wave_add_lights(Wave *w)
+{
+  bool is_blocked[WAVE_LIGHTS];
+  for (int g = 0; g < LIGHT_GROUPS_APART; g++) wave_ask_lights(w, g, is_blocked);
+  for (size_t i = 0; i < w->light_count; i++) {
+    const PathLight *l = &w->lights[i];
+    if (!is_blocked[i]) path_add(&w->paths[l->path_i], w->depth + 1, l->light);
+  }
+  w->light_count = 0;
+}
+
+static inline void wave_sample_lights(Wave *w, const Path *p, const PathVertex *v)
+{
+  const size_t groups = light_group_count(&w->pass->world->lights);
+  const BsdfView view = bsdf_view(&v->bsdf, frame_local(&v->bsdf.frame, v->wo));
+  for (size_t g = 0; g < groups; g++) {
+    if (w->light_count == WAVE_LIGHTS) wave_add_lights(w);
+    PathLight *l = &w->lights[w->light_count];
+    if (!path_sample_light(p, v, &view, g, l)) continue;
+    l->path_i = (uint16_t)(p - w->paths);
+    l->group = (uint16_t)(g < LIGHT_GROUPS_APART ? g : LIGHT_GROUPS_APART - 1);
+    w->light_count++;
+  }
+}
+
+// --- one bounce of all ------------------------------------------------------------------------------
+
+// Takes a path to where its ray ends. True, and the ray to go on by, unless the path ends there.
+static inline bool wave_step(Wave *w, Path *p, Ray *ray, const Hit *hit, FilmSample *seen)
+{
+  PathVertex v;
+  if (hit->instance == NO_HIT) {
+    if (p->depth == 0 && w->pass->settings.transparent)
+      seen->alpha = 0;
+    else
+      path_add_sky(p, ray->d);
+    return false;
+  }
+  path_arrive(p, ray, hit, &v);
+  if (p->depth == 0) path_first_hit(w->pass, &v.s, hit, bsdf_albedo(&v.bsdf), seen);
+  if (p->depth >= w->pass->settings.max_depth || v.m->kind == SURFACE_EMISSION) return false;
+  if (!bsdf_is_delta(&v.bsdf)) wave_sample_lights(w, p, &v);
+  const Vec2 choices = sample_pair(p->sampler, path_pair(p, PAIR_CHOICES));
+  return path_scatter(p, &v, choices.x, ray) && path_survives(p, choices.y);
+}
+
+static inline void wave_shade(Wave *w)
+{
+  size_t left = 0;
+  for (size_t i = 0; i < w->going; i++) {
+    const size_t path_i = w->path_of[i];
+    Path *p = &w->paths[path_i];
+    Ray ray = ray_unpack(&w->rays[i]);
+    if (!wave_step(w, p, &ray, &w->hits[i], &w->seen[path_i])) continue;
+    p->depth++;
+    w->path_of[left] = (uint16_t)path_i;
+    w->rays[left] = ray_pack(&ray);
+    w->queries[left++].seed = path_ray_seed(p, 0);
+  }
+  wave_add_lights(w);
+  w->going = left;
+}
+
+// What the paths see is in w->seen.
+static inline void wave_trace(Wave *w)
+{
+  wave_look(w);
+  for (wave_shade(w); w->going; wave_shade(w)) {
+    w->depth++;
+    wave_find(w, RAY_BOUNCE);
+  }
+  for (size_t i = 0; i < w->count; i++) w->seen[i].radiance = w->paths[i].radiance;
+}
+
+#endif
