@@ -90,6 +90,26 @@ static inline int push_children(StackEntry *stack, int height, const Node8 *n, u
 #endif
 }
 
+static inline uint64_t stack_key(const Node8 *n, const float *near, int i)
+{
+  uint32_t bits;
+  memcpy(&bits, near + i, sizeof bits);
+  return (uint64_t)bits << 32 | n->child[i];
+}
+
+// Of two children, puts the farther one on the stack and returns the nearer. Without a sort: half of all nodes that
+// are not passed by end here, and what follows waits for the answer.
+static inline uint32_t push_farther(StackEntry *stack, int *height, const Node8 *n, unsigned bits,
+                                    const Near8 *near)
+{
+  float t[8];
+  for (int g = 0; g < 8; g += WIDE) wf_store(t + g, near->t[g / WIDE]);
+  const uint64_t a = stack_key(n, t, __builtin_ctz(bits)), b = stack_key(n, t, 31 - __builtin_clz(bits));
+  const uint64_t far = a > b ? a : b, nearer = a > b ? b : a;
+  memcpy(&stack[(*height)++], &far, sizeof far);
+  return (uint32_t)nearer;
+}
+
 // Whether a hit at t on this primitive beats the best one.
 static inline bool is_better(const Hit *best, float t, uint32_t instance, uint32_t prim)
 {

@@ -39,6 +39,11 @@ static inline bool mesh_closest(Query *q, const Visit *v)
         child = n->child[__builtin_ctz(bits)];
         continue;
       }
+      const unsigned rest = bits & (bits - 1);
+      if (rest && !(rest & (rest - 1))) {
+        child = push_farther(stack, &height, n, bits, &near);
+        continue;
+      }
       height = push_children(stack, height, n, bits, &near, q->is_any);
       if (!pop_child(stack, &height, q->best.t, &child)) return found;
     }
