@@ -108,8 +108,17 @@ ours() {
   "$rayfold" trace "$@" $options --api single --api batch --time "$seconds" --repeat 3
 }
 
+ours_best() {
+  "$rayfold" trace "$@" --quality best --threads 1 --api single --api batch --time "$seconds" --repeat 3
+}
+
 theirs() {
   "$cache/embree_rays" -t "$(echo "$threads" | tr ' ' ,)" -a 1,8,16,m -s "$seconds" -n 3 "$@"
+}
+
+more_of_theirs() {
+  "$cache/embree_rays" -r -l robust -t 1 -a 1 -s "$seconds" -n 3 "$@"
+  "$cache/embree_rays" -q high -t 1 -a 1,8,16,m -s "$seconds" -n 3 "$@"
 }
 
 measure_scene() {
@@ -122,9 +131,11 @@ measure_scene() {
     # Who goes first changes, so that neither always finds the machine as the other left it.
     # shellcheck disable=SC2086
     if [ $((round % 2)) -eq 1 ]; then
-      ours "$cache/$1.rtm" $files --build && theirs "$cache/$1.rtm" rays $files && theirs "$cache/$1.rtm" build
+      ours "$cache/$1.rtm" $files --build && theirs "$cache/$1.rtm" rays $files && theirs "$cache/$1.rtm" build &&
+        ours_best "$cache/$1.rtm" $files --build && more_of_theirs "$cache/$1.rtm" rays $files
     else
-      theirs "$cache/$1.rtm" build && theirs "$cache/$1.rtm" rays $files && ours "$cache/$1.rtm" $files --build
+      more_of_theirs "$cache/$1.rtm" rays $files && ours_best "$cache/$1.rtm" $files --build &&
+        theirs "$cache/$1.rtm" build && theirs "$cache/$1.rtm" rays $files && ours "$cache/$1.rtm" $files --build
     fi >>"$cache/raw/$1.part"
     round=$((round + 1))
   done
