@@ -41,10 +41,10 @@ static inline void f_sincos(float x, float *sine, float *cosine)
   const double r = a - quarters * 0x1.921fb54400000p+0 - quarters * 0x1.0b4611a626331p-34;
   const double z = r * r;
   const double s =
-      r + r * z * (-1.0 / 6 + z * (1.0 / 120 + z * (-1.0 / 5040 + z * (1.0 / 362880 - z / 39916800))));
+      r + r * z * (-1.0 / 6 + z * (1.0 / 120 + z * (-1.0 / 5040 + z * (1.0 / 362880 - z * (1.0 / 39916800)))));
   const double c =
       1 + z * (-0.5 +
-               z * (1.0 / 24 + z * (-1.0 / 720 + z * (1.0 / 40320 + z * (-1.0 / 3628800 + z / 479001600)))));
+               z * (1.0 / 24 + z * (-1.0 / 720 + z * (1.0 / 40320 + z * (-1.0 / 3628800 + z * (1.0 / 479001600))))));
   const unsigned quarter = (unsigned)bits_of_double(turned) & 3;
   const double sine_of = quarter & 1 ? c : s, cosine_of = quarter & 1 ? s : c;
   *sine = (float)(quarter & 2 ? -sine_of : sine_of);
@@ -74,7 +74,7 @@ static inline double fmath_exp(double x)
   const double scaled = x * 0x1.71547652b82fep+0 + FMATH_ROUNDER; // 1 / ln 2
   const double k = scaled - FMATH_ROUNDER;
   const double r = x - k * 0x1.62e42fefa39efp-1;
-  const double high = 1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720 + r * (1.0 / 5040 + r / 40320)));
+  const double high = 1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720 + r * (1.0 / 5040 + r * (1.0 / 40320))));
   const double e = 1 + r * (1 + r * (0.5 + r * (1.0 / 6 + r * high)));
   const uint64_t exponent = (bits_of_double(scaled) + 1023) & 0x7ff;
   return e * double_of_bits(exponent << 52);
