@@ -12,6 +12,7 @@
 
 const Command *const commands[] = {
     &command_render,
+    &command_merge,
     &command_info,
     &command_validate,
     &command_convert,

@@ -3,9 +3,11 @@
 // nothing is written before the film is done.
 
 #include "commands.h"
+#include "kept_film.h"
 #include "library.h"
 #include "nearest.h"
 #include "output.h"
+#include "pictures.h"
 #include "progress.h"
 #include "settings.h"
 #include "signals.h"
@@ -20,15 +22,7 @@
 #define MOST_SAMPLES "524288"
 
 static const Option render_options[] = {
-    {.name = "output",
-     .letter = 'o',
-     .kind = OPTION_FILE,
-     .argument = "OUT",
-     .repeats = true,
-     .sentence =
-         "Where the picture goes; the extension picks the format: .png, .jpg and .webp hold the developed "
-         "picture, .exr (with all AOVs), .hdr and .pfm linear radiance. \"hash\" prints the hash of the "
-         "picture, which does not depend on the AOVs beside it."},
+    OPTION_PICTURES,
     {.name = "size",
      .kind = OPTION_TEXT,
      .argument = "WxH",
@@ -111,9 +105,7 @@ static const Option render_options[] = {
      .initial = "all for .exr, else none",
      .sentence = "Planes beside the picture, divided by commas: albedo, normal, depth, position, object_id, "
                  "material_id, variance, samples; or all, or none. Only .exr holds them."},
-    {.name = "no-effects",
-     .kind = OPTION_FLAG,
-     .sentence = "Ignore the scene's develop settings: linear tone curve, exposure 0."},
+    OPTION_NO_EFFECTS,
     {.name = "samples",
      .kind = OPTION_TEXT,
      .argument = "A:B",
@@ -122,19 +114,15 @@ static const Option render_options[] = {
      .sentence =
          "Take only samples A to B - 1 of each pixel. Each range is rendered into a film of its own and "
          "merged; the same samples give the same picture in any division."},
-    {.name = "bits",
-     .kind = OPTION_CHOICE,
-     .argument = "N",
-     .initial = "8 for .png, 16 for .exr",
-     .choices = "8|16|32",
-     .sentence = "Bits a channel: .png takes 8 or 16, .exr 16 or 32."},
-    {.name = "quality",
-     .kind = OPTION_INTEGER,
-     .argument = "N",
-     .initial = "92",
-     .low = 1,
-     .high = 100,
-     .sentence = "Of .jpg and .webp."},
+    OPTION_BITS,
+    OPTION_QUALITY,
+    {.name = "film",
+     .kind = OPTION_FILE,
+     .argument = "FILE",
+     .sentence = "Keep the samples in FILE (.rff): it is written every 30 s, when a signal stops the render, "
+                 "and at the "
+                 "end, and a FILE that is there already is gone on from. With it -o may be left out. "
+                 "`rayfold merge` puts films together."},
     OPTION_ALLOW_OUTSIDE,
     {.name = "stats",
      .kind = OPTION_FILE,
@@ -143,10 +131,6 @@ static const Option render_options[] = {
     OPTION_QUIET("No progress, no notes, no summary."),
     {0},
 };
-
-typedef struct Range {
-  int first, end; // [first, end)
-} Range;
 
 typedef struct Render { // all that one run owns
   const Args *args;
@@ -157,6 +141,7 @@ typedef struct Render { // all that one run owns
   rf_scene *scene;
   rf_world *world;
   rf_film *film;
+  KeptFilm kept; // path NULL: not kept
   unsigned planes;
   rf_eye eye;
   rf_render_def def;
@@ -170,72 +155,15 @@ typedef struct Render { // all that one run owns
 } Render;
 
 // --- before loading: the command line --------------------------------------------------------------
-static bool is_hash(const char *output)
-{
-  return !strcmp(output, "hash");
-}
-
-static bool is_exr(const char *output)
-{
-  return output_is_any(output, ".exr");
-}
-
-static bool writes(const Args *a, bool (*is_such)(const char *output))
-{
-  const char *output;
-  for (size_t i = 0; (output = args_next(a, "output", &i));)
-    if (is_such(output)) return true;
-  return false;
-}
-
-static ExitCode check_bits(const char *output, const char *bits)
-{
-  const bool png = output_is_any(output, ".png"), exr = is_exr(output);
-  if ((png && !strcmp(bits, "32")) || (exr && !strcmp(bits, "8")))
-    return fail(EXIT_USAGE, "--bits %s: %s takes %s", bits, output, png ? "8 or 16" : "16 or 32");
-  return EXIT_DONE;
-}
-
-// What rf_can_save() refuses: a format left out of this build, or a slip in the extension.
-static ExitCode fail_format(const char *output)
-{
-  static const char formats[] = ".png|.jpg|.jpeg|.webp|.exr|.hdr|.pfm";
-  const char *extension = output_extension(output);
-  if (output_is_any(output, formats))
-    return fail(EXIT_USAGE, "-o %s: this build cannot write %s; `rayfold --version` tells why", output,
-                extension);
-  if (!*extension)
-    return fail(EXIT_USAGE, "-o %s: the name needs an extension, as in %s.png; or it is \"hash\"", output,
-                output);
-  char names[8][40], hint[160];
-  Nearest n = nearest_begin(extension);
-  size_t i = 0;
-  for (const char *rest = formats; i < 8 && next_choice(&rest, names[i]); i++) nearest_try(&n, names[i]);
-  nearest_hint(&n, "", hint);
-  return fail(EXIT_USAGE, "-o %s: \"%s\" is no picture format%s", output, extension,
-              *hint ? hint : "; take .png, .jpg, .webp, .exr, .hdr or .pfm");
-}
-
-static ExitCode check_output(const Render *r, const char *output)
-{
-  if (is_hash(output)) return EXIT_DONE;
-  if (!rf_can_save(r->engine, output)) return fail_format(output);
-  const char *bits = args_text(r->args, "bits");
-  const ExitCode code = bits ? check_bits(output, bits) : EXIT_DONE;
-  return code ? code : output_check(output);
-}
-
 static ExitCode check_outputs(const Render *r)
 {
-  const char *output, *stats = args_text(r->args, "stats");
-  if (!args_has(r->args, "output"))
+  const char *stats = args_text(r->args, "stats"), *film = args_text(r->args, "film");
+  if (!args_has(r->args, "output") && !film)
     return fail(EXIT_USAGE, "render needs -o OUT, as in `rayfold render %s -o picture.png`",
                 r->args->operands[0]);
-  for (size_t i = 0; (output = args_next(r->args, "output", &i));) {
-    const ExitCode code = check_output(r, output);
-    if (code) return code;
-  }
-  return stats ? output_check(stats) : EXIT_DONE;
+  ExitCode code = pictures_check(r->args, r->engine);
+  if (!code && film) code = output_check(film);
+  return code || !stats ? code : output_check(stats);
 }
 
 static const struct {
@@ -271,7 +199,7 @@ static ExitCode read_planes(Render *r)
   // Without the variance nobody knows the noise, which the progress line shows and --noise waits for.
   if (!list || args_has(r->args, "noise")) r->planes |= RF_VARIANCE;
   if (!list) {
-    if (writes(r->args, is_exr)) r->planes = RF_ALL_PLANES;
+    if (pictures_have(r->args, picture_is_exr)) r->planes = RF_ALL_PLANES;
     return EXIT_DONE;
   }
   while (*list) {
@@ -282,7 +210,8 @@ static ExitCode read_planes(Render *r)
     if (code) return code;
     list += n + (list[n] == ',');
   }
-  if (strcmp(args_text(r->args, "aov"), "none") && !writes(r->args, is_exr) && !writes(r->args, is_hash))
+  if (strcmp(args_text(r->args, "aov"), "none") && !pictures_have(r->args, picture_is_exr) &&
+      !pictures_have(r->args, picture_is_hash))
     return fail(EXIT_USAGE,
                 "--aov: only .exr holds planes beside the picture; add an output like -o picture.exr");
   return EXIT_DONE;
@@ -426,12 +355,17 @@ static rf_go on_progress(void *user, const rf_progress *p)
 {
   Render *r = user;
   rf_progress now = *p;
-  now.done = r->before.done + p->done * r->range_share;
+  // Of a kept film each writing ends a call; only samples or seconds of all calls tell how far it is.
+  const double time = args_real(r->args, "time", 0);
+  now.done = !r->kept.path ? r->before.done + p->done * r->range_share
+             : time > 0    ? (r->before.seconds + p->seconds) / time
+                           : (r->before.samples + p->samples) / r->samples_wanted;
+  if (now.done > 1) now.done = 1;
   now.samples += r->before.samples;
   now.seconds += r->before.seconds;
   now.rays += r->before.rays;
-  if (r->range_count > 1 && now.done > 0) now.eta = now.seconds * (1 - now.done) / now.done;
-  const bool is_open_ended = r->def.budget_seconds > 0 || r->def.noise_target > 0;
+  if ((r->range_count > 1 || r->kept.path) && now.done > 0) now.eta = now.seconds * (1 - now.done) / now.done;
+  const bool is_open_ended = args_has(r->args, "time") || args_has(r->args, "noise");
   progress_show(&r->progress, &now, is_open_ended && !args_has(r->args, "spp") ? 0 : r->samples_wanted);
   if (!signals_count()) return RF_GO_ON;
   if (!r->is_stop_said && !r->is_quiet) {
@@ -453,7 +387,8 @@ static ExitCode render_range(Render *r, Range range, rf_film *film)
   const rf_status status = rf_render(r->world, &r->eye, &r->def, film, &stats);
   progress_clear(&r->progress);
   if (status == RF_CANCELLED)
-    return fail(EXIT_STOPPED, "stopped at once, nothing was saved; run the same command again");
+    return fail(EXIT_STOPPED, "stopped at once, %s; run the same command again",
+                r->kept.path ? "and what was saved last is kept" : "nothing was saved");
   if (status != RF_OK) return fail_library(r->engine);
   stats_add(&r->stats.rendered, &stats);
   r->before.done += r->range_share;
@@ -473,76 +408,89 @@ static ExitCode render_and_merge(Render *r, Range range)
   return code;
 }
 
+// One range of a kept film, from one writing to the next. *is_enough: time or noise say that it is.
+static ExitCode render_kept_range(Render *r, Range range, bool *is_enough)
+{
+  const double time = args_real(r->args, "time", 0);
+  while (range.first < range.end && !r->is_stop_said && !*is_enough) {
+    const double left = time > 0 ? time - r->before.seconds : KEPT_SECONDS;
+    const int taken = r->stats.rendered.samples;
+    const double start = r->before.seconds;
+    r->def.budget_seconds = left < KEPT_SECONDS ? left : KEPT_SECONDS;
+    ExitCode code = render_range(r, range, r->film);
+    if (!code) code = kept_film_write(&r->kept, r->engine, r->film);
+    if (code) return code;
+    range.first += r->stats.rendered.samples - taken;
+    const bool is_early = range.first < range.end && r->before.seconds - start < r->def.budget_seconds;
+    *is_enough = is_early || (time > 0 && r->before.seconds >= time);
+  }
+  return EXIT_DONE;
+}
+
+static ExitCode render_kept(Render *r)
+{
+  size_t count;
+  bool is_enough = false;
+  Range *missing = film_missing(r->film, r->ranges, r->range_count, &count);
+  if (!missing) return fail(EXIT_INTERNAL, "not enough memory for the list of samples");
+  r->samples_wanted = 0;
+  for (size_t i = 0; i < count; i++) r->samples_wanted += missing[i].end - missing[i].first;
+  ExitCode code = EXIT_DONE;
+  for (size_t i = 0; !code && !r->is_stop_said && !is_enough && i < count; i++)
+    code = render_kept_range(r, missing[i], &is_enough);
+  free(missing);
+  return code;
+}
+
+static ExitCode open_film(Render *r)
+{
+  r->kept.path = args_text(r->args, "film");
+  if (r->kept.path)
+    return kept_film_open(&r->kept, &r->film, r->engine, r->scene, r->world, &r->eye, r->args->operands[0],
+                          r->planes, r->is_quiet);
+  r->film = rf_film_create(r->engine, r->stats.width, r->stats.height, r->planes);
+  return r->film ? EXIT_DONE : fail_library(r->engine);
+}
+
 static ExitCode render_all(Render *r)
 {
-  r->film = rf_film_create(r->engine, r->stats.width, r->stats.height, r->planes);
-  if (!r->film) return fail_library(r->engine);
+  ExitCode code = open_film(r);
+  if (code) return code;
   signals_defer();
-  ExitCode code = render_range(r, r->ranges[0], r->film);
-  for (size_t i = 1; !code && !r->is_stop_said && i < r->range_count; i++)
+  code = r->kept.path ? render_kept(r) : render_range(r, r->ranges[0], r->film);
+  for (size_t i = 1; !r->kept.path && !code && !r->is_stop_said && i < r->range_count; i++)
     code = render_and_merge(r, r->ranges[i]);
   r->stats.render = r->before.seconds;
   return code;
 }
 
 // --- writing ---------------------------------------------------------------------------------------
-static rf_develop_def develop_def(const Render *r)
-{
-  rf_develop_def def = rf_scene_develop_def(r->scene);
-  if (!args_has(r->args, "no-effects")) return def;
-  def = rf_default_develop_def();
-  def.tone_curve = "linear";
-  def.exposure = 0;
-  return def;
-}
-
-// One that fails does not keep the others from being written; the first failure is the answer.
 static ExitCode write_pictures(Render *r)
 {
-  const rf_develop_def develop = develop_def(r);
-  rf_save_def save = rf_default_save_def();
-  save.bits = (int)args_integer(r->args, "bits", 0);
-  save.quality = (int)args_integer(r->args, "quality", 0);
   const double start = seconds_now();
-  ExitCode first = EXIT_DONE;
-  const char *output;
-  for (size_t i = 0; (output = args_next(r->args, "output", &i));) {
-    if (is_hash(output) || rf_film_save(r->film, &develop, &save, output)) continue;
-    const ExitCode code = fail_library(r->engine);
-    if (!first) first = code;
-  }
+  const ExitCode code = pictures_write(r->args, r->engine, r->film, rf_scene_develop_def(r->scene));
   r->stats.write = seconds_now() - start;
-  return first;
+  return code;
 }
 
 static ExitCode write_hash_and_stats(Render *r)
 {
   const char *path = args_text(r->args, "stats");
-  const bool hash = writes(r->args, is_hash);
+  const bool hash = pictures_have(r->args, picture_is_hash);
   ExitCode code = EXIT_DONE;
   if (hash || path) r->stats.hash = rf_film_hash(r->film);
-  if (hash) {
-    printf("%016" PRIx64 "\n", r->stats.hash);
-    code = stdout_finish("the hash");
-  }
+  if (hash) code = pictures_print_hash(r->stats.hash);
   if (!path) return code;
   const ExitCode stats_code = stats_write(&r->stats, path);
   return code ? code : stats_code;
-}
-
-static void print_outputs(const Render *r)
-{
-  const char *output;
-  size_t i = 0;
-  for (const char *comma = ""; (output = args_next(r->args, "output", &i)); comma = ", ")
-    fprintf(stderr, "%s%s", comma, output);
 }
 
 static void print_summary(const Render *r)
 {
   const Stats *s = &r->stats;
   if (r->is_quiet) return;
-  print_outputs(r);
+  pictures_list(r->args, stderr);
+  if (r->kept.path) fprintf(stderr, "%s%s", args_has(r->args, "output") ? ", " : "", r->kept.path);
   fprintf(stderr, ": %dx%d, %d spp, %.2f s, %.1f Mrays/s\n", s->width, s->height, s->rendered.samples,
           s->render, s->render > 0 ? (double)stats_rays(&s->rendered) / s->render / 1e6 : 0.0);
   if (s->rendered.bad_samples)
@@ -580,6 +528,7 @@ static void finish(Render *r)
 {
   signals_release();
   rf_film_destroy(r->film);
+  kept_film_finish(&r->kept);
   rf_world_destroy(r->world);
   rf_scene_destroy(r->scene);
   rf_engine_destroy(r->engine);
@@ -618,7 +567,7 @@ const Command command_render = {
         "--set objects.stage_floor=null takes the floor away.\n"
         "Files appear whole or not at all. Ctrl-C (or SIGTERM) finishes the pass, saves what there is and "
         "exits "
-        "with 75; a second one stops at once.",
+        "with 75; a second one stops at once. SIGUSR1 does the same.",
     .example = "rayfold render scenes/cornell.json -o cornell.png --spp 256",
     .options = render_options,
     .run = run_render,

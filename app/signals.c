@@ -52,6 +52,7 @@ void signals_watch(rf_engine *engine)
   atomic_store(&watched, engine);
   handle(SIGINT, on_stop);
   handle(SIGTERM, on_stop);
+  handle(SIGUSR1, on_stop); // what a batch system sends before its time is over
 }
 
 void signals_release(void)

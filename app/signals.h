@@ -1,4 +1,4 @@
-// Signals: Ctrl-C (SIGINT) and SIGTERM while rendering. The first asks the render to finish its pass and save, the
+// Signals: Ctrl-C (SIGINT), SIGTERM and SIGUSR1 while rendering. The first asks the render to finish its pass and save, the
 // second stops it at once, the third leaves without waiting. While loading there is nothing to save and the first
 // one leaves. Also keeps a closed pipe or a full disk from killing the program, so that it can say what happened.
 

@@ -99,7 +99,8 @@ expect 64 'did you mean "render"' redner cornell.json
 expect 64 'help. lists' xyzzy
 expect 64 'rayfold render cornell.json -o' cornell.json
 expect 64 'did you mean "--size"' render cornell.json -o a.png --sise 8x8
-expect 64 'no option --film' render cornell.json -o a.png --film f
+expect 64 'no option --tiles' render cornell.json -o a.png --tiles f
+expect 64 'needs -o OUT or --film' merge a.rff
 expect 64 'no option -x' render cornell.json -x
 expect 64 'needs SCENE' render -o a.png
 expect 64 'named by -o' render cornell.json other.png
@@ -506,6 +507,42 @@ checks=$((checks + 1))
 [ "$other" != "$hash" ] || failed "another seed gives the same picture"
 checks=$((checks + 1))
 [ "$(hash_of $base --samples 0:8)" != "$(hash_of $base --samples 8:16)" ] || failed "both halves are the same"
+
+# --- films that are kept, gone on with, and merged --------------------------------------------------
+expect 0 '^first.rff: 40x30, 5 spp' render $base --spp 5 --film first.rff
+expect 0 'going on from 5 samples a pixel in first.rff' render $base --spp 16 --film first.rff -o hash
+same "$(cat out)" "$hash" "hash of a render that went on"
+has '11 spp' err
+expect 0 '' render $base --spp 16 --film first.rff -o hash --quiet
+same "$(cat out)" "$hash" "hash of a film that has all its samples"
+expect 0 '' render $base --spp 16 --samples 9:16 --samples 2:4 --film part.rff --quiet
+expect 0 '' render $base --spp 16 --film part.rff -o hash --quiet
+same "$(cat out)" "$hash" "hash of a film whose gaps were filled"
+expect 0 '' render $base --spp 16 --samples 0:7 --film a.rff --quiet
+expect 0 '' render $base --spp 16 --samples 7:16 --film b.rff --quiet
+expect 0 ': 16 spp of 2 films' merge b.rff a.rff -o hash --film both.rff -o merged.png
+same "$(cat out)" "$hash" "hash of merged films"
+expect 0 '' render $base --spp 16 -o whole.png --quiet
+cmp merged.png whole.png || failed "a merged film is developed otherwise than a rendered one"
+expect 0 '' merge both.rff -o hash --quiet
+same "$(cat out)" "$hash" "hash of a film that merge wrote"
+expect 65 'b.rff: samples 7 to 16 are in the film already' merge a.rff b.rff b.rff -o hash
+expect 0 '' render $base --set materials.red.albedo='[0.1,0.1,0.1]' --spp 2 --film other.rff --quiet
+expect 65 'a.rff and other.rff are of different pictures' merge a.rff other.rff -o hash
+expect 64 'other.rff: it holds another picture, of cornell.json' render $base --spp 2 --film other.rff
+expect 64 'begun without all the AOVs' render $base --spp 20 --film both.rff --aov depth -o layers.exr
+expect 65 'is not a film' merge cornell.json -o hash
+cp a.rff broken.rff
+printf 'x' | dd of=broken.rff bs=1 seek=500 conv=notrunc 2>err
+expect 65 'broken.rff is damaged' merge broken.rff -o hash
+cp a.rff broken.rff~
+expect 0 'broken.rff is damaged; taking broken.rff~' merge broken.rff -o hash
+# A scene whose mesh was changed is another picture, though its own text is the same.
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >changing.obj
+expect 0 '' render changing.obj --size 16x16 --spp 1 --film mesh.rff --quiet
+expect 0 'going on from 1' render changing.obj --size 16x16 --spp 2 --film mesh.rff
+printf 'v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n' >changing.obj
+expect 64 'mesh.rff: it holds another picture' render changing.obj --size 16x16 --spp 3 --film mesh.rff
 
 # --- Ctrl-C ----------------------------------------------------------------------------------------
 stop() { # signal, second signal or "", size; the exit code is in rc, what was said in err

@@ -5,6 +5,7 @@
 #include "rayfold/rayfold.h"
 
 #include <time.h>
+#include <unistd.h>
 
 // A picture of nothing but sky.
 static rf_film *sky_film(rf_engine *e, rf_scene *s, int width, unsigned planes, int samples)
@@ -41,6 +42,51 @@ TEST(equal_pictures_have_equal_hashes)
   CHECK(sky_hash(e, s, 7, RF_BEAUTY, 2) != hash);
   const char *text;
   CHECK(rf_film_hash(NULL) == 0 && rf_error(e, &text) == RF_BAD_ARGUMENT);
+  rf_scene_destroy(s);
+  rf_engine_destroy(e);
+}
+
+// A film is kept with a key that changes with all that changes its samples, and with nothing else.
+TEST(films_are_kept_and_keys_tell_pictures_apart)
+{
+  rf_engine *e = rf_engine_create(NULL);
+  rf_scene *s = rf_scene_create(e);
+  rf_world *w = rf_prepare(s, NULL);
+  rf_eye eye;
+  CHECK(rf_camera(s, w, NULL, 1, &eye));
+  const uint64_t key = rf_picture_key(s, w, &eye);
+  CHECK(key);
+  CHECK(rf_set(s, "render.spp", "7") && rf_set(s, "develop.exposure", "2"));
+  CHECK(rf_picture_key(s, w, &eye) == key);
+  CHECK(rf_set(s, "render.seed", "5"));
+  CHECK(rf_picture_key(s, w, &eye) != key);
+  CHECK(rf_undo(s));
+  rf_eye moved = eye;
+  moved.frame.p.x += 1;
+  CHECK(rf_picture_key(s, w, &eye) == key && rf_picture_key(s, w, &moved) != key);
+
+  char path[] = "/tmp/rayfold-kept-XXXXXX";
+  const int file = mkstemp(path);
+  CHECK(file >= 0);
+  rf_film *f = sky_film(e, s, 7, RF_ALL_PLANES, 3);
+  CHECK(rf_film_keep(f, path, key, "mine"));
+  rf_film_label label;
+  rf_film *back = rf_film_open(e, path, &label);
+  int pairs[4][2];
+  CHECK(back && label.key == key && !strcmp(label.note, "mine") && !label.is_older);
+  CHECK(rf_film_hash(back) == rf_film_hash(f) && rf_film_planes(back) == RF_ALL_PLANES);
+  CHECK(rf_film_samples(back, pairs, 4) == 1 && pairs[0][0] == 0 && pairs[0][1] == 3);
+  CHECK(!rf_film_open(e, "/nowhere.rff", NULL) && !rf_film_open(NULL, path, NULL) && !rf_film_keep(NULL, path, 0, NULL));
+  CHECK(rf_film_samples(NULL, NULL, 0) == 0 && rf_picture_key(NULL, w, &eye) == 0);
+  char older[64];
+  snprintf(older, sizeof older, "%s~", path);
+  remove(path);
+  remove(older);
+  close(file);
+  rf_free(label.note);
+  rf_film_destroy(back);
+  rf_film_destroy(f);
+  rf_world_destroy(w);
   rf_scene_destroy(s);
   rf_engine_destroy(e);
 }

@@ -268,6 +268,25 @@ RF_API rf_render_def rf_scene_render_def(const rf_scene *s, int *width, int *hei
 RF_API rf_status rf_render(const rf_world *w, const rf_eye *eye, const rf_render_def *def, rf_film *f,
                            rf_render_stats *stats);
 
+// --- films in files: to go on another day, or on many machines ---------------------------------------
+// A number that tells pictures apart: of the scene as it is (but for samples and develop), all it shows, and the eye.
+// Reads every mesh and texture once. Never 0, except when memory is out.
+RF_API uint64_t rf_picture_key(const rf_scene *s, const rf_world *w, const rf_eye *eye);
+// The film with its key (0: not said) and a note of the caller's (may be NULL), whole or not at all. What was there
+// before stays beside it as PATH~. Fails for a film whose pass was broken off.
+RF_API bool rf_film_keep(const rf_film *f, const char *path, uint64_t key, const char *note);
+typedef struct rf_film_label {
+  uint64_t key;
+  char *note;    // freed with rf_free()
+  bool is_older; // PATH was damaged, and this is PATH~, the one before
+} rf_film_label;
+
+RF_API rf_film *rf_film_open(rf_engine *e, const char *path, rf_film_label *label); // label may be NULL
+// Which samples are in it, as pairs [first, end) in their order. Returns how many pairs there are; up to `most` of them
+// are written.
+RF_API size_t rf_film_samples(const rf_film *f, int (*pairs)[2], size_t most);
+RF_API unsigned rf_film_planes(const rf_film *f);
+
 // --- pictures ---------------------------------------------------------------------------------------
 typedef struct rf_image { // rows from the top, channels interleaved
   int width, height, channels;

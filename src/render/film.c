@@ -12,19 +12,9 @@ const char *const film_plane_names[FILM_PLANE_COUNT] = {
 const char *const film_plane_channels[FILM_PLANE_COUNT] = {"RGBA", "RGB", "XYZ", "Z", "XYZ",
                                                            "I",    "I",   "Y",   "N"};
 
-// One array of a film, so that what holds for all is written once.
-typedef struct FilmArray {
-  void **data;
-  size_t pixel_size;
-  FilmPlane plane;
-  uint8_t fill; // byte of a cleared array
-} FilmArray;
-
-enum { ARRAY_COUNT = 9 };
-
-static void list_arrays(Film *f, FilmArray out[ARRAY_COUNT])
+void film_list_arrays(Film *f, FilmArray out[FILM_ARRAY_COUNT])
 {
-  const FilmArray all[ARRAY_COUNT] = {
+  const FilmArray all[FILM_ARRAY_COUNT] = {
       {(void **)&f->sums[FILM_BEAUTY], 4 * sizeof(int64_t), FILM_BEAUTY, 0},
       {(void **)&f->sums[FILM_ALBEDO], 3 * sizeof(int64_t), FILM_ALBEDO, 0},
       {(void **)&f->sums[FILM_NORMAL], 3 * sizeof(int64_t), FILM_NORMAL, 0},
@@ -50,10 +40,10 @@ static uint32_t with_needed(uint32_t planes)
 bool film_bytes(uint32_t width, uint32_t height, uint32_t planes, size_t *bytes)
 {
   Film none = {0};
-  FilmArray arrays[ARRAY_COUNT];
-  list_arrays(&none, arrays);
+  FilmArray arrays[FILM_ARRAY_COUNT];
+  film_list_arrays(&none, arrays);
   size_t pixel_size = 0, pixels;
-  for (int i = 0; i < ARRAY_COUNT; i++) {
+  for (int i = 0; i < FILM_ARRAY_COUNT; i++) {
     if (with_needed(planes) >> arrays[i].plane & 1) pixel_size += arrays[i].pixel_size;
   }
   return size_mul(width, height, &pixels) && size_mul(pixels, pixel_size, &pixels) &&
@@ -75,9 +65,9 @@ Film *film_create(uint32_t width, uint32_t height, uint32_t planes, Err *err)
     f->width = width;
     f->height = height;
     f->planes = with_needed(planes) & ((1u << FILM_PLANE_COUNT) - 1);
-    FilmArray arrays[ARRAY_COUNT];
-    list_arrays(f, arrays);
-    for (int i = 0; i < ARRAY_COUNT && ok; i++) {
+    FilmArray arrays[FILM_ARRAY_COUNT];
+    film_list_arrays(f, arrays);
+    for (int i = 0; i < FILM_ARRAY_COUNT && ok; i++) {
       if (!film_has(f, arrays[i].plane)) continue;
       *arrays[i].data = mem_alloc(pixel_count(f), arrays[i].pixel_size);
       ok = *arrays[i].data;
@@ -95,18 +85,18 @@ Film *film_create(uint32_t width, uint32_t height, uint32_t planes, Err *err)
 void film_destroy(Film *f)
 {
   if (!f) return;
-  FilmArray arrays[ARRAY_COUNT];
-  list_arrays(f, arrays);
-  for (int i = 0; i < ARRAY_COUNT; i++) mem_free(*arrays[i].data);
+  FilmArray arrays[FILM_ARRAY_COUNT];
+  film_list_arrays(f, arrays);
+  for (int i = 0; i < FILM_ARRAY_COUNT; i++) mem_free(*arrays[i].data);
   array_finish(&f->ranges);
   mem_free(f);
 }
 
 void film_clear(Film *f)
 {
-  FilmArray arrays[ARRAY_COUNT];
-  list_arrays(f, arrays);
-  for (int i = 0; i < ARRAY_COUNT; i++) {
+  FilmArray arrays[FILM_ARRAY_COUNT];
+  film_list_arrays(f, arrays);
+  for (int i = 0; i < FILM_ARRAY_COUNT; i++) {
     if (*arrays[i].data) memset(*arrays[i].data, arrays[i].fill, pixel_count(f) * arrays[i].pixel_size);
   }
   f->ranges.count = 0;
@@ -291,11 +281,11 @@ double film_noise(const Film *f)
 
 uint64_t film_hash(const Film *f)
 {
-  FilmArray arrays[ARRAY_COUNT];
-  list_arrays((Film *)(uintptr_t)f, arrays);
+  FilmArray arrays[FILM_ARRAY_COUNT];
+  film_list_arrays((Film *)(uintptr_t)f, arrays);
   const uint32_t head[3] = {f->width, f->height, f->planes};
   uint64_t h = hash_bytes(0, head, sizeof head);
-  for (int i = 0; i < ARRAY_COUNT; i++) {
+  for (int i = 0; i < FILM_ARRAY_COUNT; i++) {
     if (*arrays[i].data) h = hash_bytes(h, *arrays[i].data, pixel_count(f) * arrays[i].pixel_size);
   }
   return h;

@@ -71,6 +71,17 @@ typedef struct FilmSample {
   bool is_hit;
 } FilmSample;
 
+// One array of a film, so that what holds for all is written once.
+typedef struct FilmArray {
+  void **data;       // NULL inside: this film lacks the plane
+  size_t pixel_size; // bytes
+  FilmPlane plane;
+  uint8_t fill; // byte of a cleared array
+} FilmArray;
+
+enum { FILM_ARRAY_COUNT = 9 };
+void film_list_arrays(Film *f, FilmArray out[FILM_ARRAY_COUNT]);
+
 // Bytes a film of this size takes; false if that overflows.
 bool film_bytes(uint32_t width, uint32_t height, uint32_t planes, size_t *bytes);
 
