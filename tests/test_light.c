@@ -89,7 +89,7 @@ static double emitter_density(const void *user, Vec3 d)
     const Emitter *e = &l->set.emitters[i];
     const bool hit = e->kind == EMITTER_SPHERE ? meet_sphere(e, l->p, d, &distance, &cosine)
                                                : meet_flat(e, l->p, d, &distance, &cosine);
-    if (hit) sum += (double)light_pdf_emitter(&l->set, i, l->p, d, (float)distance, (float)fabs(cosine));
+    if (hit) sum += (double)light_pdf_emitter(&l->set, i, l->p, v3_all(0), (float)distance, (float)fabs(cosine));
   }
   return sum;
 }
@@ -314,8 +314,9 @@ TEST(points_and_spots)
   e[1].cos_inner = 0.9f;
   LightSet set = set_of(e, 2);
   CHECK_NEAR(irradiance(&set, 0, v3_all(0), v3(0, 1, 0)), 1, 1e-4); // both: 2 / 2^2
-  CHECK_NEAR(emitter_pmf(&set, 1) / emitter_pmf(&set, 0), 0.15 / 2, 1e-5);
-  CHECK(light_pdf_emitter(&set, 0, v3_all(0), v3(0, 1, 0), 2, 1) == 0);
+  const float of[2] = {light_tree_pmf(&set.tree, v3_all(0), v3_all(0), 0), light_tree_pmf(&set.tree, v3_all(0), v3_all(0), 1)};
+  CHECK_NEAR(of[1] / of[0], 0.15 / 2, 1e-5);
+  CHECK(light_pdf_emitter(&set, 0, v3_all(0), v3_all(0), 2, 1) == 0);
   light_set_finish(&set);
   CHECK(spot_falloff(&e[1], 0.95f) == 1 && spot_falloff(&e[1], 0.79f) == 0);
   CHECK_NEAR(spot_falloff(&e[1], 0.85f), 0.5, 1e-5);
@@ -343,8 +344,12 @@ TEST(odd_powers_and_no_memory)
   e[0].color = v3_all(NAN);
   e[2].color = v3_all(-1);
   LightSet set = set_of(e, 3);
-  CHECK(emitter_pmf(&set, 0) == 0 && emitter_pmf(&set, 1) == 1 && emitter_pmf(&set, 2) == 0);
-  CHECK(cdf_find(set.cdf, 3, 0) == 1 && cdf_find(set.cdf, 3, 0x1.fffffep-1f) == 1);
+  for (uint32_t i = 0; i < 3; i++) {
+    uint32_t picked;
+    float pmf;
+    CHECK(light_tree_pmf(&set.tree, v3_all(0), v3_all(0), i) == (float)(i == 1));
+    CHECK(light_tree_pick(&set.tree, v3_all(0), v3_all(0), 0x1.fffffep-1f * (float)i / 2, &picked, &pmf) && picked == 1);
+  }
   light_set_finish(&set);
 
   const SkyMap sky = spotted_sky();

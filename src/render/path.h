@@ -28,7 +28,7 @@ typedef struct Path {
   Vec3 throughput;   // what is left of radiance from the next vertex when it arrives at the eye
   Vec3 absorption;   // per metre, where the ray is
   float eta_scale;   // what refraction has taken off the throughput and will give back
-  Vec3 from;         // last vertex
+  Vec3 from, from_n; // last vertex, and the normal it aims at lights with
   float scatter_pdf; // with which its BSDF chose the ray
   bool was_delta;    // no light could have been aimed at in that direction
 } Path;
@@ -94,7 +94,7 @@ static inline void path_add_emission(Path *p, const SurfaceMaterial *m, const Su
   float weight = 1;
   if (emitter >= 0) {
     const float pdf =
-        light_pdf_emitter(&w->lights, (uint32_t)emitter, p->from, ray->d, hit->t, v3_dot(ray->d, s->ng));
+        light_pdf_emitter(&w->lights, (uint32_t)emitter, p->from, p->from_n, hit->t, v3_dot(ray->d, s->ng));
     weight = path_found_weight(p, pdf);
   }
   path_add(p, p->depth, p->throughput * emitted * weight);
@@ -134,6 +134,9 @@ static inline Vec3 path_absorption_towards(const Path *p, const PathVertex *v, V
   return v->s.is_back ? v3_all(0) : v->m->absorption;
 }
 
+// The side that light must come from to count; zero: any.
+static inline Vec3 path_light_side(const Bsdf *b) { return b->glass > 0 ? v3_all(0) : b->frame.z; }
+
 // Light that arrives at a vertex if nothing is in its way, and the ray that asks.
 typedef struct PathLight {
   PackedRay ray;
@@ -155,7 +158,7 @@ static inline bool path_sample_light(const Path *p, const PathVertex *v, const B
                            : 0;
   LightSample l;
   float scatter_pdf;
-  if (!light_sample(&w->lights, w->textures, group, v->s.p, b->frame.z, choice, place, &l)) return false;
+  if (!light_sample(&w->lights, w->textures, group, v->s.p, path_light_side(b), choice, place, &l)) return false;
   const Vec3 f = bsdf_eval_view(b, view, l.wl, &scatter_pdf);
   out->light = p->throughput * f * l.radiance * path_fade(path_absorption_towards(p, v, l.wl), l.distance) *
                ((l.is_delta ? 1 : mis_weight(l.pdf, scatter_pdf)) / l.pdf);
@@ -183,6 +186,7 @@ static inline bool path_scatter(Path *p, const PathVertex *v, float choice, Ray 
   p->scatter_pdf = next.pdf;
   p->was_delta = next.is_delta;
   p->from = v->s.p;
+  p->from_n = path_light_side(b);
   *ray = (Ray){offset_origin(&v->s, next.wl), next.wl, 0, INFINITY};
   return true;
 }

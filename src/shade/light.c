@@ -4,6 +4,7 @@
 
 #include "base/mem.h"
 #include "shade/light_sample.h"
+#include "shade/light_tree_build.h"
 
 #include <string.h>
 
@@ -39,18 +40,17 @@ static bool build_emitters(LightSet *set, const Emitter *emitters, size_t count,
 {
   if (!count) return true;
   set->emitters = arena_alloc(&set->arena, count, sizeof *emitters);
-  set->cdf = arena_alloc(&set->arena, count + 1, sizeof *set->cdf);
   double *power = mem_alloc(count, sizeof *power);
-  if (!set->emitters || !set->cdf || !power) {
+  if (!set->emitters || !power) {
     mem_free(power);
     return err_memory(err, "lights", count * sizeof *emitters);
   }
   memcpy(set->emitters, emitters, count * sizeof *emitters);
   set->emitter_count = count;
   for (size_t i = 0; i < count; i++) power[i] = fmin(fmax(power_of(&emitters[i]), 0), 1e30);
-  fill_cdf(set->cdf, power, count);
+  const bool ok = light_tree_build(&set->tree, &set->arena, emitters, power, count, err);
   mem_free(power);
-  return true;
+  return ok;
 }
 
 // --- sky ------------------------------------------------------------------------------------------

@@ -1,5 +1,5 @@
-// Lights: everything that can be aimed at. Emissive triangles, quads, disks and spheres are chosen by power; point
-// and spot lights with them. A sun and a sky that varies have groups of their own, each sampled at every vertex: with
+// Lights: everything that can be aimed at. Emissive triangles, quads, disks, spheres, point and spot lights
+// are chosen among by a tree (light_tree.h). A sun and a sky that varies have groups of their own, each sampled at every vertex: with
 // few of them, choosing between sun and sky costs more noise than the extra shadow ray.
 //
 // This header holds the prepared data and the cold side; shade/light_sample.h is hot.
@@ -11,6 +11,7 @@
 #include "base/err.h"
 #include "base/vec.h"
 #include "image/image.h"
+#include "shade/light_tree.h"
 
 typedef enum EmitterKind {
   EMITTER_POINT,
@@ -66,7 +67,7 @@ typedef struct SkyMap {
 typedef struct LightSet {
   Arena arena;
   Emitter *emitters; // in the arena
-  float *cdf;        // emitter_count + 1: choice by power, ends at 1
+  LightTree tree;    // over them
   size_t emitter_count;
   Sun *suns;
   size_t sun_count;

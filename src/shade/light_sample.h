@@ -1,6 +1,6 @@
 // Aiming at lights, and how likely a direction would have been aimed at. Hot. A vertex asks each group once:
 //
-//   group 0            one of the emitters, chosen by power (absent if there are none)
+//   group 0            one of the emitters, chosen by what it may send here (absent if there are none)
 //   then               each sun
 //   last               the sky, if it varies; a constant one is left to the BSDF, which does it without noise
 //
@@ -53,11 +53,6 @@ static inline Vec3 cone_direction(Vec3 axis, float one_minus_cos, Vec2 u)
 }
 
 // --- emitters -------------------------------------------------------------------------------------
-static inline float emitter_pmf(const LightSet *set, size_t i)
-{
-  return set->cdf[i + 1] - set->cdf[i];
-}
-
 // The density of a direction to a point `distance` away on a surface of this area, whose normal makes cos_light.
 static inline float area_pdf(float area, float distance, float cos_light)
 {
@@ -172,10 +167,12 @@ static inline bool point_sample(const Emitter *e, Vec3 p, LightSample *out)
   return !v3_is_zero(out->radiance);
 }
 
-static inline bool emitter_sample(const LightSet *set, const TextureMap *maps, Vec3 p, float u_select, Vec2 u,
-                                  LightSample *out)
+static inline bool emitter_sample(const LightSet *set, const TextureMap *maps, Vec3 p, Vec3 n, float u_select,
+                                  Vec2 u, LightSample *out)
 {
-  const size_t i = cdf_find(set->cdf, set->emitter_count, u_select);
+  uint32_t i;
+  float pmf;
+  if (!light_tree_pick(&set->tree, p, n, u_select, &i, &pmf)) return false;
   const Emitter *e = &set->emitters[i];
   bool ok = false;
   switch ((EmitterKind)e->kind) {
@@ -186,25 +183,25 @@ static inline bool emitter_sample(const LightSet *set, const TextureMap *maps, V
   case EMITTER_DISK: ok = flat_sample(e, maps, p, u, out); break;
   case EMITTER_SPHERE: ok = sphere_sample(e, p, u, out); break;
   }
-  out->pdf *= emitter_pmf(set, i);
+  out->pdf *= pmf;
   return ok && out->pdf > 0 && isfinite(out->pdf);
 }
 
 // The density light_sample() has for a direction from p that meets emitter i at this distance, its normal making
-// cos_light with the ray.
-static inline float light_pdf_emitter(const LightSet *set, uint32_t i, Vec3 p, Vec3 wl, float distance,
+// cos_light with the ray; n as there.
+static inline float light_pdf_emitter(const LightSet *set, uint32_t i, Vec3 p, Vec3 n, float distance,
                                       float cos_light)
 {
   const Emitter *e = &set->emitters[i];
-  (void)wl;
+  const float pmf = light_tree_pmf(&set->tree, p, n, i);
   if (e->kind == EMITTER_SPHERE) {
     const float distance2 = v3_dot(e->p - p, e->p - p);
     if (sphere_is_outside(e, distance2))
-      return emitter_pmf(set, i) / (2 * PI * sphere_one_minus_cos(e, distance2));
+      return pmf / (2 * PI * sphere_one_minus_cos(e, distance2));
     if (!e->is_two_sided) return 0;
   }
   if (!(e->area > 0)) return 0; // points are never met
-  return emitter_pmf(set, i) * area_pdf(e->area, distance, fabsf(cos_light));
+  return pmf * area_pdf(e->area, distance, fabsf(cos_light));
 }
 
 // --- suns -----------------------------------------------------------------------------------------
@@ -343,15 +340,14 @@ static inline bool sky_sample(const SkyMap *sky, Vec2 u, LightSample *out)
 }
 
 // --------------------------------------------------------------------------------------------------
-// One sample of a group as seen from p (n, the shading normal there, is for estimators that use it). False: this
+// One sample of a group as seen from p. n: the shading normal there, zero if light counts from both sides. False: this
 // sample carries no light; it still counts as a sample of value zero.
 static inline bool light_sample(const LightSet *set, const TextureMap *maps, size_t group, Vec3 p, Vec3 n,
                                 float u_select, Vec2 u, LightSample *out)
 {
-  (void)n;
   *out = (LightSample){0};
   if (set->emitter_count > 0) {
-    if (group == 0) return emitter_sample(set, maps, p, u_select, u, out);
+    if (group == 0) return emitter_sample(set, maps, p, n, u_select, u, out);
     group--;
   }
   if (group < set->sun_count) return sun_sample(&set->suns[group], u, out);
