@@ -334,18 +334,13 @@ static inline bool stream_pop(const Stream *s, StreamStack *stack, uint32_t *chi
   return false;
 }
 
-static inline void stream_fetch(const void *p, size_t size)
-{
-  for (size_t at = 0; at < size; at += 64) __builtin_prefetch((const char *)p + at);
-}
-
 static inline void mesh_fetch(const MeshTree *m, uint32_t child)
 {
   const size_t i = child & ~LEAF_BIT;
   if (child & LEAF_BIT)
-    stream_fetch(&m->blocks[i], sizeof(Tri8));
+    fetch_ahead(&m->blocks[i], sizeof(Tri8));
   else
-    stream_fetch(&m->nodes[i], sizeof(Node8));
+    fetch_ahead(&m->nodes[i], sizeof(Node8));
 }
 
 static inline void stream_mesh(Stream *s, const Visit *v, RaySet *rays, uint64_t set)
@@ -446,9 +441,8 @@ static inline void stream_world(Stream *s, RaySet *world, uint64_t set)
 static inline void stream_fetch_next(const Batch *b, size_t next)
 {
   if (next + SET_SIZE > b->count) return;
-  stream_fetch(b->rays + next, SET_SIZE * sizeof *b->rays);
-  for (size_t i = 0; b->hits && i < SET_SIZE * sizeof *b->hits; i += 64)
-    __builtin_prefetch((char *)(b->hits + next) + i, 1);
+  fetch_ahead(b->rays + next, SET_SIZE * sizeof *b->rays);
+  if (b->hits) fetch_ahead(b->hits + next, SET_SIZE * sizeof *b->hits);
 }
 
 // Answers up to 64 rays of the batch. Returns how many rays shared a visit to a node on average.
