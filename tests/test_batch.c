@@ -57,7 +57,8 @@ typedef struct Asked {
   uint8_t blocked[MOST_RAYS];
 } Asked;
 
-static int ask_all(Asked *q, const Accel *a, size_t count, RayMask mask, HitFilter *filter)
+// The answers of a that differ from those of testing everything in plain, which has the same instances.
+static int ask_all(Asked *q, const Accel *a, const Accel *plain, size_t count, RayMask mask, HitFilter *filter)
 {
   RayCounters c = {0};
   int wrong = 0;
@@ -77,7 +78,7 @@ static int ask_all(Asked *q, const Accel *a, size_t count, RayMask mask, HitFilt
   for (size_t i = 0; i < count; i++) {
     const Ray ray = ray_unpack(&q->rays[i]);
     Hit expected;
-    const bool hit = accel_closest_brute(a, &ray, mask, filter, &q->seeds[i], &c, &expected);
+    const bool hit = accel_closest_brute(plain, &ray, mask, filter, &q->seeds[i], &c, &expected);
     const Hit *got = &q->hits[i];
     wrong += (got->instance != NO_HIT) != hit || q->blocked[i] != hit;
     wrong += hit && (got->instance != expected.instance || got->prim != expected.prim ||
@@ -88,36 +89,42 @@ static int ask_all(Asked *q, const Accel *a, size_t count, RayMask mask, HitFilt
   return wrong;
 }
 
+static void check_bundle(Asked *q, int kind, Bundle bundle, const Soup *s, const Accel *a, const Accel *plain)
+{
+  Random r = {5u + (uint32_t)kind};
+  for (int i = 0; i < MOST_RAYS; i++) {
+    const Ray ray = bundle_ray(bundle, a, s, &r, i);
+    q->rays[i] = (PackedRay){{ray.o[0], ray.o[1], ray.o[2]}, ray.tmin, {ray.d[0], ray.d[1], ray.d[2]}, ray.tmax};
+    q->seeds[i] = (uint32_t)i / 2;
+  }
+  const int wrong = ask_all(q, a, plain, MOST_RAYS, RAY_ALL, NULL);
+  CHECK_MSG(wrong == 0, "scene %d, bundle %d: %d of %d answers differ", kind, (int)bundle, wrong, MOST_RAYS);
+}
+
 // G2, G3
-TEST(batches_equal_brute_force)
+static void check_layout(TreeLayout layout)
 {
   Asked *q = malloc(sizeof *q);
   for (int kind = 0; kind < 2 * NASTY_COUNT; kind++) {
     const bool many = kind >= NASTY_COUNT;
     Soup s = nasty_soup((Nasty)(kind % NASTY_COUNT), many ? 60 : 400);
-    Accel *a = accel_of(&s, many);
-    for (int bundle = 0; bundle < BUNDLE_COUNT; bundle++) {
-      Random r = {5u + (uint32_t)kind};
-      for (int i = 0; i < MOST_RAYS; i++) {
-        const Ray ray = bundle_ray((Bundle)bundle, a, &s, &r, i);
-        q->rays[i] =
-            (PackedRay){{ray.o[0], ray.o[1], ray.o[2]}, ray.tmin, {ray.d[0], ray.d[1], ray.d[2]}, ray.tmax};
-        q->seeds[i] = (uint32_t)i / 2;
-      }
-      const int wrong = ask_all(q, a, MOST_RAYS, RAY_ALL, NULL);
-      CHECK_MSG(wrong == 0, "scene %d, bundle %d: %d of %d answers differ", kind, bundle, wrong, MOST_RAYS);
-    }
+    Accel *a = accel_of(&s, layout, many), *plain = accel_of(&s, TREE_FLOAT, many);
+    for (int bundle = 0; bundle < BUNDLE_COUNT; bundle++) check_bundle(q, kind, (Bundle)bundle, &s, a, plain);
     accel_destroy(a);
+    accel_destroy(plain);
     soup_finish(&s);
   }
   free(q);
 }
 
+TEST(batches_equal_brute_force) { check_layout(TREE_FLOAT); }
+TEST(batches_of_compact_trees_equal_brute_force) { check_layout(TREE_COMPACT); }
+
 TEST(any_number_of_rays_filters_and_masks)
 {
   Asked *q = malloc(sizeof *q);
   Soup s = nasty_soup(RANDOM, 300);
-  Accel *a = accel_of(&s, true);
+  Accel *a = accel_of(&s, TREE_FLOAT, true);
   for (size_t i = 0; i < a->instance_count; i++) {
     a->instances[i].mask = (uint8_t)(i % 3 ? RAY_ALL : RAY_CAMERA);
     a->instances[i].has_filter = i % 2;
@@ -131,7 +138,7 @@ TEST(any_number_of_rays_filters_and_masks)
             (PackedRay){{ray.o[0], ray.o[1], ray.o[2]}, ray.tmin, {ray.d[0], ray.d[1], ray.d[2]}, ray.tmax};
         q->seeds[i] = (uint32_t)i;
       }
-      const int wrong = ask_all(q, a, count, count % 2 ? RAY_SHADOW : RAY_CAMERA, some_count);
+      const int wrong = ask_all(q, a, a, count, count % 2 ? RAY_SHADOW : RAY_CAMERA, some_count);
       CHECK_MSG(wrong == 0, "%zu rays, bundle %d: %d answers differ", count, bundle, wrong);
     }
   accel_destroy(a);

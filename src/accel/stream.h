@@ -11,6 +11,7 @@
 #define RAYFOLD_ACCEL_STREAM_H
 
 #include "accel/batch_rays.h"
+#include "accel/compact.h"
 #include "accel/rayset.h"
 
 typedef struct Stream {
@@ -337,25 +338,38 @@ static inline bool stream_pop(const Stream *s, StreamStack *stack, uint32_t *chi
 static inline void mesh_fetch(const MeshTree *m, uint32_t child)
 {
   const size_t i = child & ~LEAF_BIT;
-  if (child & LEAF_BIT)
-    fetch_ahead(&m->blocks[i], sizeof(Tri8));
+  const bool is_leaf = child & LEAF_BIT;
+  if (m->layout == TREE_FLOAT)
+    is_leaf ? fetch_ahead(&m->blocks[i], sizeof(Tri8)) : fetch_ahead(&m->nodes[i], sizeof(Node8));
   else
-    fetch_ahead(&m->nodes[i], sizeof(Node8));
+    is_leaf ? fetch_ahead(&m->compact_leaves[i], sizeof(CompactLeaf))
+            : fetch_ahead(&m->compact_nodes[i], sizeof(CompactNode));
+}
+
+// Leaves that come next: the nearest has its corners by now, that after it itself.
+static inline void stream_fetch_leaves(const MeshTree *m, const StreamStack *stack)
+{
+  const int at = stack->height;
+  if (at > 1 && stack->child[at - 2] & LEAF_BIT) leaf_fetch_corners(m, stack->child[at - 2] & ~LEAF_BIT);
+  if (at > 0 && stack->child[at - 1] & LEAF_BIT) leaf_fetch_points(m, stack->child[at - 1] & ~LEAF_BIT);
 }
 
 static inline void stream_mesh(Stream *s, const Visit *v, RaySet *rays, uint64_t set)
 {
   const MeshTree *m = v->instance->mesh;
   StreamStack stack;
+  Node8 node;
+  Tri8 block;
   uint32_t child;
   stream_begin(&stack, m->root, set);
   while (stream_pop(s, &stack, &child, &set)) {
     if (child & LEAF_BIT) {
-      stream_block(s, rays, v, &m->blocks[child & ~LEAF_BIT], set);
+      if (m->layout == TREE_COMPACT) stream_fetch_leaves(m, &stack);
+      stream_block(s, rays, v, mesh_block(m, child & ~LEAF_BIT, &block), set);
       continue;
     }
     const int bottom = stack.height;
-    stream_node(s, rays, &m->nodes[child], set, &stack);
+    stream_node(s, rays, mesh_node(m, child, &node), set, &stack);
     for (int i = stack.height - 1; i >= bottom; i--) mesh_fetch(m, stack.child[i]);
   }
 }
