@@ -215,7 +215,7 @@ static inline unsigned lanes_ahead(RaySet *rays, int g, const Tri8 *b, int i, co
   const int at = g * WIDEST;
   const wx sz = wx_load(rays->sz + at);
   const wx first = wx_min(h->z[2] * sz, wx_min(h->z[1] * sz, h->z[0] * sz));
-  unsigned ahead = wx_lt(wx_load(rays->tmin + at) * (1 + 0x1p-20f), first) & bits;
+  unsigned ahead = wx_lt(wx_load(rays->tmin + at) * AHEAD_SLACK, first) & bits;
   for (unsigned left = bits & ~ahead; left; left &= left - 1) {
     const int k = __builtin_ctz(left);
     ahead |= (unsigned)tri8_is_ahead(b, i, rayset_ray(rays, at + k)) << k;
