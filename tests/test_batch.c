@@ -94,7 +94,7 @@ static void check_bundle(Asked *q, int kind, Bundle bundle, const Soup *s, const
   Random r = {5u + (uint32_t)kind};
   for (int i = 0; i < MOST_RAYS; i++) {
     const Ray ray = bundle_ray(bundle, a, s, &r, i);
-    q->rays[i] = (PackedRay){{ray.o[0], ray.o[1], ray.o[2]}, ray.tmin, {ray.d[0], ray.d[1], ray.d[2]}, ray.tmax};
+    q->rays[i] = ray_pack(&ray);
     q->seeds[i] = (uint32_t)i / 2;
   }
   const int wrong = ask_all(q, a, plain, MOST_RAYS, RAY_ALL, NULL);
@@ -134,8 +134,7 @@ TEST(any_number_of_rays_filters_and_masks)
       Random r = {(uint32_t)count};
       for (size_t i = 0; i < count; i++) {
         const Ray ray = bundle_ray((Bundle)bundle, a, &s, &r, (int)i);
-        q->rays[i] =
-            (PackedRay){{ray.o[0], ray.o[1], ray.o[2]}, ray.tmin, {ray.d[0], ray.d[1], ray.d[2]}, ray.tmax};
+        q->rays[i] = ray_pack(&ray);
         q->seeds[i] = (uint32_t)i;
       }
       const int wrong = ask_all(q, a, a, count, count % 2 ? RAY_SHADOW : RAY_CAMERA, some_count);

@@ -177,4 +177,9 @@ static inline Ray ray_unpack(const PackedRay *p)
   return (Ray){v3_load(p->o), v3_load(p->d), p->tmin, p->tmax};
 }
 
+static inline PackedRay ray_pack(const Ray *r)
+{
+  return (PackedRay){{r->o[0], r->o[1], r->o[2]}, r->tmin, {r->d[0], r->d[1], r->d[2]}, r->tmax};
+}
+
 #endif
