@@ -102,7 +102,6 @@ typedef int32_t wxi __attribute__((vector_size(64)));
 
 static inline wx wx_min(wx a, wx b) { return (wx)_mm512_min_ps((__m512)a, (__m512)b); }
 static inline wx wx_max(wx a, wx b) { return (wx)_mm512_max_ps((__m512)a, (__m512)b); }
-static inline wx wx_sqrt(wx a) { return (wx)_mm512_sqrt_ps((__m512)a); }
 static inline unsigned wx_le(wx a, wx b) { return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LE_OQ); }
 static inline unsigned wx_lt(wx a, wx b) { return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OQ); }
 static inline unsigned wx_eq(wx a, wx b) { return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_EQ_OQ); }
@@ -135,7 +134,6 @@ typedef wf wx;
 
 static inline wx wx_min(wx a, wx b) { return wf_min(a, b); }
 static inline wx wx_max(wx a, wx b) { return wf_max(a, b); }
-static inline wx wx_sqrt(wx a) { return wf_sqrt(a); }
 static inline unsigned wx_le(wx a, wx b) { return wf_le(a, b); }
 static inline unsigned wx_lt(wx a, wx b) { return wf_lt(a, b); }
 static inline unsigned wx_eq(wx a, wx b) { return wf_eq(a, b); }
