@@ -8,6 +8,8 @@
 
 #include "accel/step.h"
 
+#include <stddef.h>
+
 enum { SET_SIZE = 64, SET_GROUPS = SET_SIZE / WIDEST };
 
 typedef struct RaySet {
@@ -22,6 +24,7 @@ typedef struct RaySet {
   uint64_t made; // which of the next there are
   TreeRay ray[SET_SIZE];
 } __attribute__((aligned(64))) RaySet;
+_Static_assert(offsetof(RaySet, tmax) == 7 * SET_SIZE * sizeof(float), "eight rows without a gap");
 
 // The ray by itself; made when first asked for.
 static inline const TreeRay *rayset_ray(RaySet *s, int i)
@@ -46,9 +49,11 @@ static inline void rayset_put(RaySet *s, int i, Vec3 o, Vec3 d, float tmin)
 static inline void rayset_load(RaySet *s, const PackedRay *rays, int count)
 {
   PackedRay rest[8];
+  float *columns = (float *)(void *)s; // o, tmin, d and tmax are one after another
   for (int i = 0; i < count; i += 8) {
-    if (count - i < 8) memcpy(rest, rays + i, (size_t)(count - i) * sizeof *rays);
-    wide_transpose8(count - i < 8 ? rest[0].o : rays[i].o, s->o[0] + i, SET_SIZE);
+    const PackedRay *eight = rays + i;
+    if (count - i < 8) eight = memcpy(rest, eight, (size_t)(count - i) * sizeof *rays);
+    wide_transpose8((const float *)(const void *)eight, columns + i, SET_SIZE);
   }
 }
 
