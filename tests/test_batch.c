@@ -53,38 +53,59 @@ static bool some_count(const void *user, const Ray *ray, const Hit *hit)
 typedef struct Asked {
   PackedRay rays[MOST_RAYS];
   uint32_t seeds[MOST_RAYS];
-  Hit hits[MOST_RAYS];
+  Hit hits[MOST_RAYS], expected[MOST_RAYS];
   uint8_t blocked[MOST_RAYS];
 } Asked;
 
-// The answers of a that differ from those of testing everything in plain, which has the same instances.
-static int ask_all(Asked *q, const Accel *a, const Accel *plain, size_t count, RayMask mask, HitFilter *filter)
+// Each walk by itself, whichever accel_ask would have taken.
+typedef void Ask(const Batch *b);
+
+static void ask_streams(const Batch *b)
+{
+  for (size_t at = 0; at < b->count; at += SET_SIZE)
+    stream_run(b, at, b->count - at < SET_SIZE ? (int)(b->count - at) : SET_SIZE);
+}
+
+static void expect_brute(Asked *q, const Accel *plain, size_t count, RayMask mask, HitFilter *filter)
 {
   RayCounters c = {0};
-  int wrong = 0;
-  Batch b = {.accel = a,
-             .rays = q->rays,
-             .count = count,
-             .mask = mask,
-             .filter = filter,
-             .user = q->seeds,
-             .user_stride = sizeof *q->seeds,
-             .counters = &c,
-             .hits = q->hits};
-  accel_ask(&b);
-  b.hits = NULL;
-  b.blocked = q->blocked;
-  accel_ask(&b);
   for (size_t i = 0; i < count; i++) {
     const Ray ray = ray_unpack(&q->rays[i]);
-    Hit expected;
-    const bool hit = accel_closest_brute(plain, &ray, mask, filter, &q->seeds[i], &c, &expected);
-    const Hit *got = &q->hits[i];
-    wrong += (got->instance != NO_HIT) != hit || q->blocked[i] != hit;
-    wrong += hit && (got->instance != expected.instance || got->prim != expected.prim ||
-                     memcmp(&got->t, &expected.t, 4) || memcmp(&got->u, &expected.u, 4) ||
-                     memcmp(&got->v, &expected.v, 4));
-    wrong += !hit && (memcmp(&got->t, &ray.tmax, 4) || got->u != 0 || got->v != 0 || got->prim != 0);
+    if (accel_closest_brute(plain, &ray, mask, filter, &q->seeds[i], &c, &q->expected[i])) continue;
+    q->expected[i] = (Hit){.t = ray.tmax, .instance = NO_HIT};
+  }
+}
+
+static bool is_expected(const Asked *q, size_t i)
+{
+  const Hit *got = &q->hits[i], *expected = &q->expected[i];
+  return got->instance == expected->instance && got->prim == expected->prim && !memcmp(&got->t, &expected->t, 4) &&
+         !memcmp(&got->u, &expected->u, 4) && !memcmp(&got->v, &expected->v, 4) &&
+         q->blocked[i] == (expected->instance != NO_HIT);
+}
+
+// The answers of a, by every walk, that differ from those of testing everything in plain, which has the same instances.
+static int ask_all(Asked *q, const Accel *a, const Accel *plain, size_t count, RayMask mask, HitFilter *filter)
+{
+  Ask *const asks[] = {accel_ask, ask_streams, turns_walk};
+  int wrong = 0;
+  expect_brute(q, plain, count, mask, filter);
+  for (int k = 0; k < 3; k++) {
+    RayCounters c = {0};
+    Batch b = {.accel = a,
+               .rays = q->rays,
+               .count = count,
+               .mask = mask,
+               .filter = filter,
+               .user = q->seeds,
+               .user_stride = sizeof *q->seeds,
+               .counters = &c,
+               .hits = q->hits};
+    asks[k](&b);
+    b.hits = NULL;
+    b.blocked = q->blocked;
+    asks[k](&b);
+    for (size_t i = 0; i < count; i++) wrong += !is_expected(q, i);
   }
   return wrong;
 }
