@@ -75,7 +75,7 @@ options_of() { # command, options
 }
 options_of render "$render_options"
 options_of convert "$convert_options"
-options_of trace "threads api repeat time build isa label output help"
+options_of trace "threads api repeat time build compact isa label output help"
 options_of bench "time size output quiet help"
 options_of info "allow-outside quiet help"
 options_of validate "allow-outside quiet help"
@@ -305,6 +305,7 @@ for change in objects.stage_floor=null lights.stage_key=null sky.gain=2 camera.f
   checks=$((checks + 1))
   [ "$(hash_of good.ply $tiny --set "$change")" != "$staged" ] || failed "--set $change changes nothing"
 done
+same "$(hash_of good.ply $tiny --set render.compact=true)" "$staged" "the hash with compact trees"
 expect 0 '' convert good.ply staged.json
 same "$(hash_of staged.json $tiny)" "$staged" "the hash of a model made into a scene"
 has '"stage_key"' staged.json
@@ -379,6 +380,9 @@ for isa in ref v2 v3 v4; do
     cmp -s hits.rays two.rays || failed "--isa $isa --api $api writes other hits"
   done
 done
+expect 0 '' trace two.rtm two.rays $quick --compact --build
+has '^build,rayfold,two.rtm,2,compact,' out
+has '^rays,rayfold,two.rtm,compact,chords,.*,50.0,0,0,0$' out
 # Each kind of difference from the stored results is counted as what it is.
 rays 0 1 flip $at $none >flip.rays
 rays 0 1 far $at $five $zero $quarter $quarter >far.rays

@@ -65,9 +65,14 @@ static inline Soup nasty_soup(Nasty kind, size_t count)
   return s;
 }
 
-static inline Accel *accel_of(const Soup *s, bool many)
+static inline MeshTree *soup_tree(const Soup *s, TreeOptions options, Jobs *jobs)
 {
-  MeshTree *tree = mesh_tree_build(s->positions, s->vertex_count, s->triangles, s->triangle_count, NULL, NULL, NULL);
+  return mesh_tree_build(s->positions, s->vertex_count, s->triangles, s->triangle_count, options, jobs, NULL, NULL);
+}
+
+static inline Accel *accel_of(const Soup *s, TreeLayout layout, bool many)
+{
+  MeshTree *tree = soup_tree(s, (TreeOptions){layout}, NULL);
   CHECK(tree != NULL);
   Instance instances[12] = {0};
   Random r = {77};

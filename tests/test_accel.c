@@ -8,31 +8,44 @@
 #include "geom/offset.h"
 #include "geom/surface.h"
 
+static bool same_hit(const Hit *a, const Hit *b)
+{
+  return a->instance == b->instance && a->prim == b->prim && !memcmp(&a->t, &b->t, 4) && !memcmp(&a->u, &b->u, 4) &&
+         !memcmp(&a->v, &b->v, 4);
+}
+
+// Walks the layout's trees and tests everything in trees of floats.
+static void check_scene(int kind, TreeLayout layout)
+{
+  const bool many = kind >= NASTY_COUNT;
+  Soup s = nasty_soup((Nasty)(kind % NASTY_COUNT), many ? 150 : 600);
+  Accel *a = accel_of(&s, layout, many), *plain = accel_of(&s, TREE_FLOAT, many);
+  Random r = {5u + (uint32_t)kind};
+  int hits = 0, wrong = 0;
+  for (int i = 0; i < 4000; i++) {
+    RayCounters c = {0};
+    const Ray ray = nasty_ray(a, &s, &r, i);
+    Hit tree, brute;
+    const bool hit = accel_closest(a, &ray, RAY_ALL, NULL, NULL, &c, &tree);
+    const bool expected = accel_closest_brute(plain, &ray, RAY_ALL, NULL, NULL, &c, &brute);
+    const bool any = accel_any(a, &ray, RAY_ALL, NULL, NULL, &c);
+    wrong += hit != expected || any != expected;
+    wrong += expected && !same_hit(&tree, &brute);
+    hits += expected;
+  }
+  CHECK_MSG(wrong == 0, "scene %d, layout %d: %d of %d hits differ", kind, (int)layout, wrong, hits);
+  if (kind != TINY + NASTY_COUNT) CHECK_MSG(hits > 20, "scene %d: only %d hits", kind, hits);
+  accel_destroy(a);
+  accel_destroy(plain);
+  soup_finish(&s);
+}
+
 // G2, G3: same primitive, t, u, v to the last bit; any-hit says the same.
 TEST(the_tree_equals_brute_force)
 {
   for (int kind = 0; kind < 2 * NASTY_COUNT; kind++) {
-    const bool many = kind >= NASTY_COUNT;
-    Soup s = nasty_soup((Nasty)(kind % NASTY_COUNT), many ? 150 : 600);
-    Accel *a = accel_of(&s, many);
-    Random r = {5u + (uint32_t)kind};
-    int hits = 0, wrong = 0;
-    for (int i = 0; i < 4000; i++) {
-      RayCounters c = {0};
-      const Ray ray = nasty_ray(a, &s, &r, i);
-      Hit tree, brute;
-      const bool hit = accel_closest(a, &ray, RAY_ALL, NULL, NULL, &c, &tree);
-      const bool expected = accel_closest_brute(a, &ray, RAY_ALL, NULL, NULL, &c, &brute);
-      const bool any = accel_any(a, &ray, RAY_ALL, NULL, NULL, &c);
-      wrong += hit != expected || any != expected;
-      wrong += expected && (tree.instance != brute.instance || tree.prim != brute.prim || memcmp(&tree.t, &brute.t, 4) ||
-                            memcmp(&tree.u, &brute.u, 4) || memcmp(&tree.v, &brute.v, 4));
-      hits += expected;
-    }
-    CHECK_MSG(wrong == 0, "scene %d: %d of %d hits differ", kind, wrong, hits);
-    if (kind != TINY + NASTY_COUNT) CHECK_MSG(hits > 20, "scene %d: only %d hits", kind, hits);
-    accel_destroy(a);
-    soup_finish(&s);
+    check_scene(kind, TREE_FLOAT);
+    check_scene(kind, TREE_COMPACT);
   }
 }
 
@@ -66,7 +79,7 @@ TEST(a_closed_mesh_has_no_holes)
   for (int k = 0; k < 5; k++) {
     const Vec3 centre = k < 3 ? centres[k] : v3_all(0);
     Soup s = ball(100, 50, radii[k], centre);
-    Accel *a = accel_of(&s, false);
+    Accel *a = accel_of(&s, TREE_FLOAT, false);
     Random r = {31u + (uint32_t)k};
     int missed = 0;
     for (int i = 0; i < 40000; i++) {
@@ -88,7 +101,7 @@ TEST(a_closed_mesh_has_no_holes)
 TEST(broken_rays_hit_nothing)
 {
   Soup s = nasty_soup(RANDOM, 500);
-  Accel *a = accel_of(&s, true);
+  Accel *a = accel_of(&s, TREE_FLOAT, true);
   const float odd[] = {NAN, INFINITY, -INFINITY, 0};
   for (int i = 0; i < 4; i++)
     for (int k = 0; k < 7; k++) {
@@ -107,30 +120,89 @@ TEST(broken_rays_hit_nothing)
   soup_finish(&s);
 }
 
-TEST(threads_build_the_same_tree_and_failures_are_clean)
+// Of a node's lanes, those whose unpacked box does not contain the exact one or is larger by two steps of the grid
+// (a step is at most twice the node's box over 255, since it is a power of two), and those without a child that are
+// not what no ray enters.
+static int lanes_wrong(const Node8 *exact, const Node8 *unpacked)
+{
+  int wrong = memcmp(exact->child, unpacked->child, sizeof exact->child) != 0;
+  for (int k = 0; k < 6; k += 2) {
+    double lo = INFINITY, hi = -INFINITY;
+    for (int i = 0; i < 8; i++) {
+      lo = fmin(lo, (double)exact->box[k][i]);
+      hi = fmax(hi, (double)exact->box[k + 1][i]);
+    }
+    const double most = (hi - lo) * 4 / 255 + 0x1p-22 * fmax(fabs(lo), fabs(hi)) + 2 * FLT_MIN;
+    for (int i = 0; i < 8; i++) {
+      const double below = (double)exact->box[k][i] - unpacked->box[k][i];
+      const double above = (double)unpacked->box[k + 1][i] - exact->box[k + 1][i];
+      if (exact->child[i] == EMPTY_TREE)
+        wrong += unpacked->box[k][i] != INFINITY || unpacked->box[k + 1][i] != -INFINITY;
+      else
+        wrong += !(below >= 0 && below <= most && above >= 0 && above <= most);
+    }
+  }
+  return wrong;
+}
+
+// At every size floats have, down to where steps would be denormal.
+TEST(compact_boxes_contain_the_exact_ones)
+{
+  const float scales[] = {1, 1e-20f, 1e-37f, 1e-40f, 1e20f, 1e37f, 3e37f};
+  for (int kind = 0; kind < NASTY_COUNT; kind++)
+    for (int k = 0; k < (kind == FAR_AWAY ? 4 : 7); k++) {
+      Soup s = nasty_soup((Nasty)kind, 2000);
+      for (size_t i = 0; i < 3 * s.vertex_count; i++) s.positions[i] *= scales[k];
+      MeshTree *tree[2];
+      for (int layout = 0; layout < 2; layout++)
+        tree[layout] = soup_tree(&s, (TreeOptions){(TreeLayout)layout}, NULL);
+      CHECK(tree[0] && tree[1] && tree[0]->node_count == tree[1]->node_count && tree[0]->root == tree[1]->root);
+      int wrong = 0;
+      for (uint32_t i = 0; i < tree[0]->node_count; i++) {
+        Node8 space;
+        wrong += lanes_wrong(&tree[0]->nodes[i], mesh_node(tree[1], i, &space));
+      }
+      CHECK_MSG(wrong == 0, "scene %d by %g: %d lanes are wrong", kind, (double)scales[k], wrong);
+      mesh_tree_release(tree[0]);
+      mesh_tree_release(tree[1]);
+      soup_finish(&s);
+    }
+}
+
+static void check_building(TreeOptions options)
 {
   Soup s = nasty_soup(RANDOM, 20000);
   Jobs *jobs = jobs_create(3, NULL);
-  MeshTree *one = mesh_tree_build(s.positions, s.vertex_count, s.triangles, s.triangle_count, NULL, NULL, NULL);
-  MeshTree *three = mesh_tree_build(s.positions, s.vertex_count, s.triangles, s.triangle_count, jobs, NULL, NULL);
+  MeshTree *one = soup_tree(&s, options, NULL), *three = soup_tree(&s, options, jobs);
   CHECK(one && three && one->node_count == three->node_count && one->block_count == three->block_count);
-  CHECK(!memcmp(one->nodes, three->nodes, one->node_count * sizeof *one->nodes));
+  if (options.layout == TREE_COMPACT) {
+    CHECK(!memcmp(one->compact_nodes, three->compact_nodes, one->node_count * sizeof *one->compact_nodes));
+    CHECK(mesh_tree_bytes(one) < 10 * s.triangle_count);
+  } else {
+    CHECK(!memcmp(one->nodes, three->nodes, one->node_count * sizeof *one->nodes));
+  }
   mesh_tree_release(one);
   mesh_tree_release(three);
   for (long n = 1; n < 200; n++) {
     Err err = {0};
     mem_fail_after(n);
-    MeshTree *t = mesh_tree_build(s.positions, s.vertex_count, s.triangles, 300, NULL, NULL, &err);
+    MeshTree *t = mesh_tree_build(s.positions, s.vertex_count, s.triangles, 300, options, NULL, NULL, &err);
     mem_fail_after(0);
     mesh_tree_release(t);
     if (t) break;
     CHECK(err.kind == ERR_NO_MEMORY);
   }
-  MeshTree *empty = mesh_tree_build(s.positions, s.vertex_count, s.triangles, 0, NULL, NULL, NULL);
+  MeshTree *empty = mesh_tree_build(s.positions, s.vertex_count, s.triangles, 0, options, NULL, NULL, NULL);
   CHECK(empty != NULL);
   mesh_tree_release(empty);
   jobs_destroy(jobs);
   soup_finish(&s);
+}
+
+TEST(threads_build_the_same_tree_and_failures_are_clean)
+{
+  check_building((TreeOptions){TREE_FLOAT});
+  check_building((TreeOptions){TREE_COMPACT});
 }
 
 TEST_MAIN

@@ -53,71 +53,99 @@ static bool some_count(const void *user, const Ray *ray, const Hit *hit)
 typedef struct Asked {
   PackedRay rays[MOST_RAYS];
   uint32_t seeds[MOST_RAYS];
-  Hit hits[MOST_RAYS];
+  Hit hits[MOST_RAYS], expected[MOST_RAYS];
   uint8_t blocked[MOST_RAYS];
 } Asked;
 
-static int ask_all(Asked *q, const Accel *a, size_t count, RayMask mask, HitFilter *filter)
+// Each walk by itself, whichever accel_ask would have taken.
+typedef void Ask(const Batch *b);
+
+static void ask_streams(const Batch *b)
+{
+  for (size_t at = 0; at < b->count; at += SET_SIZE)
+    stream_run(b, at, b->count - at < SET_SIZE ? (int)(b->count - at) : SET_SIZE);
+}
+
+static void expect_brute(Asked *q, const Accel *plain, size_t count, RayMask mask, HitFilter *filter)
 {
   RayCounters c = {0};
-  int wrong = 0;
-  Batch b = {.accel = a,
-             .rays = q->rays,
-             .count = count,
-             .mask = mask,
-             .filter = filter,
-             .user = q->seeds,
-             .user_stride = sizeof *q->seeds,
-             .counters = &c,
-             .hits = q->hits};
-  accel_ask(&b);
-  b.hits = NULL;
-  b.blocked = q->blocked;
-  accel_ask(&b);
   for (size_t i = 0; i < count; i++) {
     const Ray ray = ray_unpack(&q->rays[i]);
-    Hit expected;
-    const bool hit = accel_closest_brute(a, &ray, mask, filter, &q->seeds[i], &c, &expected);
-    const Hit *got = &q->hits[i];
-    wrong += (got->instance != NO_HIT) != hit || q->blocked[i] != hit;
-    wrong += hit && (got->instance != expected.instance || got->prim != expected.prim ||
-                     memcmp(&got->t, &expected.t, 4) || memcmp(&got->u, &expected.u, 4) ||
-                     memcmp(&got->v, &expected.v, 4));
-    wrong += !hit && (memcmp(&got->t, &ray.tmax, 4) || got->u != 0 || got->v != 0 || got->prim != 0);
+    if (accel_closest_brute(plain, &ray, mask, filter, &q->seeds[i], &c, &q->expected[i])) continue;
+    q->expected[i] = (Hit){.t = ray.tmax, .instance = NO_HIT};
+  }
+}
+
+static bool is_expected(const Asked *q, size_t i)
+{
+  const Hit *got = &q->hits[i], *expected = &q->expected[i];
+  return got->instance == expected->instance && got->prim == expected->prim && !memcmp(&got->t, &expected->t, 4) &&
+         !memcmp(&got->u, &expected->u, 4) && !memcmp(&got->v, &expected->v, 4) &&
+         q->blocked[i] == (expected->instance != NO_HIT);
+}
+
+// The answers of a, by every walk, that differ from those of testing everything in plain, which has the same instances.
+static int ask_all(Asked *q, const Accel *a, const Accel *plain, size_t count, RayMask mask, HitFilter *filter)
+{
+  Ask *const asks[] = {accel_ask, ask_streams, turns_walk};
+  int wrong = 0;
+  expect_brute(q, plain, count, mask, filter);
+  for (int k = 0; k < 3; k++) {
+    RayCounters c = {0};
+    Batch b = {.accel = a,
+               .rays = q->rays,
+               .count = count,
+               .mask = mask,
+               .filter = filter,
+               .user = q->seeds,
+               .user_stride = sizeof *q->seeds,
+               .counters = &c,
+               .hits = q->hits};
+    asks[k](&b);
+    b.hits = NULL;
+    b.blocked = q->blocked;
+    asks[k](&b);
+    for (size_t i = 0; i < count; i++) wrong += !is_expected(q, i);
   }
   return wrong;
 }
 
+static void check_bundle(Asked *q, int kind, Bundle bundle, const Soup *s, const Accel *a, const Accel *plain)
+{
+  Random r = {5u + (uint32_t)kind};
+  for (int i = 0; i < MOST_RAYS; i++) {
+    const Ray ray = bundle_ray(bundle, a, s, &r, i);
+    q->rays[i] = ray_pack(&ray);
+    q->seeds[i] = (uint32_t)i / 2;
+  }
+  const int wrong = ask_all(q, a, plain, MOST_RAYS, RAY_ALL, NULL);
+  CHECK_MSG(wrong == 0, "scene %d, bundle %d: %d of %d answers differ", kind, (int)bundle, wrong, MOST_RAYS);
+}
+
 // G2, G3
-TEST(batches_equal_brute_force)
+static void check_layout(TreeLayout layout)
 {
   Asked *q = malloc(sizeof *q);
   for (int kind = 0; kind < 2 * NASTY_COUNT; kind++) {
     const bool many = kind >= NASTY_COUNT;
     Soup s = nasty_soup((Nasty)(kind % NASTY_COUNT), many ? 60 : 400);
-    Accel *a = accel_of(&s, many);
-    for (int bundle = 0; bundle < BUNDLE_COUNT; bundle++) {
-      Random r = {5u + (uint32_t)kind};
-      for (int i = 0; i < MOST_RAYS; i++) {
-        const Ray ray = bundle_ray((Bundle)bundle, a, &s, &r, i);
-        q->rays[i] =
-            (PackedRay){{ray.o[0], ray.o[1], ray.o[2]}, ray.tmin, {ray.d[0], ray.d[1], ray.d[2]}, ray.tmax};
-        q->seeds[i] = (uint32_t)i / 2;
-      }
-      const int wrong = ask_all(q, a, MOST_RAYS, RAY_ALL, NULL);
-      CHECK_MSG(wrong == 0, "scene %d, bundle %d: %d of %d answers differ", kind, bundle, wrong, MOST_RAYS);
-    }
+    Accel *a = accel_of(&s, layout, many), *plain = accel_of(&s, TREE_FLOAT, many);
+    for (int bundle = 0; bundle < BUNDLE_COUNT; bundle++) check_bundle(q, kind, (Bundle)bundle, &s, a, plain);
     accel_destroy(a);
+    accel_destroy(plain);
     soup_finish(&s);
   }
   free(q);
 }
 
+TEST(batches_equal_brute_force) { check_layout(TREE_FLOAT); }
+TEST(batches_of_compact_trees_equal_brute_force) { check_layout(TREE_COMPACT); }
+
 TEST(any_number_of_rays_filters_and_masks)
 {
   Asked *q = malloc(sizeof *q);
   Soup s = nasty_soup(RANDOM, 300);
-  Accel *a = accel_of(&s, true);
+  Accel *a = accel_of(&s, TREE_FLOAT, true);
   for (size_t i = 0; i < a->instance_count; i++) {
     a->instances[i].mask = (uint8_t)(i % 3 ? RAY_ALL : RAY_CAMERA);
     a->instances[i].has_filter = i % 2;
@@ -127,11 +155,10 @@ TEST(any_number_of_rays_filters_and_masks)
       Random r = {(uint32_t)count};
       for (size_t i = 0; i < count; i++) {
         const Ray ray = bundle_ray((Bundle)bundle, a, &s, &r, (int)i);
-        q->rays[i] =
-            (PackedRay){{ray.o[0], ray.o[1], ray.o[2]}, ray.tmin, {ray.d[0], ray.d[1], ray.d[2]}, ray.tmax};
+        q->rays[i] = ray_pack(&ray);
         q->seeds[i] = (uint32_t)i;
       }
-      const int wrong = ask_all(q, a, count, count % 2 ? RAY_SHADOW : RAY_CAMERA, some_count);
+      const int wrong = ask_all(q, a, a, count, count % 2 ? RAY_SHADOW : RAY_CAMERA, some_count);
       CHECK_MSG(wrong == 0, "%zu rays, bundle %d: %d answers differ", count, bundle, wrong);
     }
   accel_destroy(a);

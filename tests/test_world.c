@@ -76,6 +76,24 @@ TEST(the_next_world_shares_what_did_not_change)
   world_release(second);
 }
 
+TEST(compact_trees_are_built_when_asked_for)
+{
+  Err err = {0};
+  Scene *s = scene_create(&err);
+  add_square(s, -1);
+  World *first = world_prepare(s, NULL, NULL, NULL, NULL, &err);
+  s->render.compact = true;
+  World *second = world_prepare(s, first, NULL, NULL, NULL, &err), *third = world_prepare(s, second, NULL, NULL, NULL, &err);
+  CHECK(first && second && third);
+  CHECK(second->tree_bytes < first->tree_bytes && third->tree_bytes == second->tree_bytes);
+  CHECK(first->parts->meshes.items[0].tree != second->parts->meshes.items[0].tree);
+  CHECK(second->parts->meshes.items[0].tree == third->parts->meshes.items[0].tree);
+  scene_destroy(s);
+  world_release(first);
+  world_release(second);
+  world_release(third);
+}
+
 static double merged_area(const MeshData *m)
 {
   double area = 0;

@@ -1,8 +1,8 @@
 // How fast is a mesh's tree built, and how good is it? Not a test: a tool to run by hand.
 //
-//   tool_build [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]
+//   tool_build [-c] [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]
 //
-// For the mesh one line, times being wall time, bytes a triangle kept by the tree and at most during the build:
+// -c builds a compact tree. For the mesh one line, times being wall time, bytes a triangle kept by the tree and at most during the build:
 //   build,rayfold,MESH,TRIANGLES,QUALITY,THREADS,BEST s,MEDIAN s,BEST Mtri/s,MEDIAN Mtri/s,KEPT,PEAK,NODE SAH,LEAF SAH
 // The cost (SAH) is the expected number of nodes and of leaf blocks a random line through the scene's box visits:
 // areas of their boxes over that of the scene's, summed (Goldsmith and Salmon 1987; MacDonald and Booth 1990).
@@ -42,7 +42,10 @@ typedef struct RayFile {
 typedef struct Options {
   int threads, repeats;
   IsaLevel level;
+  TreeOptions tree;
 } Options;
+
+static const char *quality(const Options *o) { return o->tree.layout == TREE_COMPACT ? "compact" : "fast"; }
 
 static void die(const char *what, const char *name)
 {
@@ -106,11 +109,11 @@ static int by_value(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-static MeshTree *build(const MeshFile *m, Jobs *jobs)
+static MeshTree *build(const MeshFile *m, const Options *o, Jobs *jobs)
 {
   Err err = {0};
   MeshTree *t =
-      mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, jobs, NULL, &err);
+      mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, o->tree, jobs, NULL, &err);
   if (!t) die(err.text, m->name);
   return t;
 }
@@ -119,8 +122,8 @@ static MeshTree *build(const MeshFile *m, Jobs *jobs)
 
 static double lane_area(const Node8 *n, int lane)
 {
-  const Bounds b = {v3(n->box[0][lane], n->box[1][lane], n->box[2][lane]),
-                    v3(n->box[3][lane], n->box[4][lane], n->box[5][lane])};
+  const Bounds b = {v3(n->box[0][lane], n->box[2][lane], n->box[4][lane]),
+                    v3(n->box[1][lane], n->box[3][lane], n->box[5][lane])};
   return bounds_half_area(&b);
 }
 
@@ -129,11 +132,13 @@ static void tree_cost(const MeshTree *t, double *nodes, double *leaves)
   const double all = bounds_half_area(&t->bounds);
   *nodes = t->node_count ? 1 : 0;
   *leaves = t->node_count ? 0 : 1;
-  for (size_t i = 0; i < t->node_count; i++) {
+  for (uint32_t i = 0; i < t->node_count; i++) {
+    Node8 space;
+    const Node8 *n = mesh_node(t, i, &space);
     for (int lane = 0; lane < 8; lane++) {
-      const uint32_t code = t->nodes[i].child[lane];
+      const uint32_t code = n->child[lane];
       if (code == EMPTY_TREE) continue;
-      *(code & LEAF_BIT ? leaves : nodes) += lane_area(&t->nodes[i], lane) / all;
+      *(code & LEAF_BIT ? leaves : nodes) += lane_area(n, lane) / all;
     }
   }
 }
@@ -153,7 +158,7 @@ static double status_bytes(const char *key)
 }
 
 // Resident memory at its highest during a build, beyond what was there before: in a process of its own.
-static double peak_bytes(const MeshFile *m, int threads)
+static double peak_bytes(const MeshFile *m, const Options *o)
 {
   int pipe_ends[2];
   double bytes = 0;
@@ -166,8 +171,8 @@ static double peak_bytes(const MeshFile *m, int threads)
       fclose(reset);
     }
     const double before = status_bytes("VmRSS:");
-    Jobs *jobs = jobs_create(threads, NULL);
-    MeshTree *t = build(m, jobs);
+    Jobs *jobs = jobs_create(o->threads, NULL);
+    MeshTree *t = build(m, o, jobs);
     bytes = status_bytes("VmHWM:") - before;
     mesh_tree_release(t);
     _exit(write(pipe_ends[1], &bytes, sizeof bytes) != sizeof bytes);
@@ -211,8 +216,8 @@ static void measure_rays(const MeshFile *m, MeshTree *tree, const char *path, co
     flips += found != expected;
     if (found && expected && !r.is_any) far += fabs(hit.t - r.hits[i].t) > 1e-4 * fmax(r.hits[i].t, 1e-3 * size);
   }
-  printf("rays,rayfold,%s,fast,%s,%.3f,%.3f,%.3f,%llu,%llu\n", m->name, r.name, (double)c.nodes / (double)r.count - 1,
-         (double)c.prims / (double)r.count, 1e-6 * (double)r.count / best, (unsigned long long)flips,
+  printf("rays,rayfold,%s,%s,%s,%.3f,%.3f,%.3f,%llu,%llu\n", m->name, quality(o), r.name,
+         (double)c.nodes / (double)r.count - 1, (double)c.prims / (double)r.count, 1e-6 * (double)r.count / best, (unsigned long long)flips,
          (unsigned long long)far);
   fflush(stdout);
   accel_destroy(a);
@@ -227,21 +232,21 @@ static MeshTree *measure_build(const MeshFile *m, const Options *o)
   enum { MOST_REPEATS = 100 };
   double times[MOST_REPEATS];
   const int repeats = o->repeats < MOST_REPEATS ? o->repeats : MOST_REPEATS;
-  const double peak = peak_bytes(m, o->threads);
+  const double peak = peak_bytes(m, o);
   Jobs *jobs = jobs_create(o->threads, NULL);
   MeshTree *tree = NULL;
   for (int i = 0; i < repeats; i++) {
     mesh_tree_release(tree);
     const double start = seconds(CLOCK_MONOTONIC);
-    tree = build(m, jobs);
+    tree = build(m, o, jobs);
     times[i] = seconds(CLOCK_MONOTONIC) - start;
   }
   qsort(times, (size_t)repeats, sizeof *times, by_value);
   double nodes, leaves;
   tree_cost(tree, &nodes, &leaves);
   const double n = (double)m->triangle_count, median = times[repeats / 2];
-  printf("build,rayfold,%s,%.0f,fast,%d,%.4f,%.4f,%.2f,%.2f,%.1f,%.1f,%.3f,%.3f\n", m->name, n, o->threads, times[0],
-         median, 1e-6 * n / times[0], 1e-6 * n / median, (double)mesh_tree_bytes(tree) / n, peak / n, nodes, leaves);
+  printf("build,rayfold,%s,%.0f,%s,%d,%.4f,%.4f,%.2f,%.2f,%.1f,%.1f,%.3f,%.3f\n", m->name, n, quality(o), o->threads,
+         times[0], median, 1e-6 * n / times[0], 1e-6 * n / median, (double)mesh_tree_bytes(tree) / n, peak / n, nodes, leaves);
   fflush(stdout);
   jobs_destroy(jobs);
   return tree;
@@ -258,15 +263,16 @@ static IsaLevel level_named(const char *name)
 
 int main(int argc, char **argv)
 {
-  Options o = {1, 5, cpu_best_isa()};
+  Options o = {.threads = 1, .repeats = 5, .level = cpu_best_isa()};
   int i;
-  while ((i = getopt(argc, argv, "t:n:i:")) != -1) {
-    if (i == 't') o.threads = atoi(optarg);
+  while ((i = getopt(argc, argv, "ct:n:i:")) != -1) {
+    if (i == 'c') o.tree.layout = TREE_COMPACT;
+    else if (i == 't') o.threads = atoi(optarg);
     else if (i == 'n') o.repeats = atoi(optarg) > 0 ? atoi(optarg) : 1;
     else if (i == 'i') o.level = level_named(optarg);
     else return 64;
   }
-  if (optind >= argc) die("usage: [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]", argv[0]);
+  if (optind >= argc) die("usage: [-c] [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]", argv[0]);
   MeshFile m = read_mesh(argv[optind++]);
   MeshTree *tree = measure_build(&m, &o);
   for (; optind < argc; optind++) measure_rays(&m, tree, argv[optind], &o);

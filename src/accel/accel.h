@@ -1,7 +1,7 @@
 // Accel: everything a ray can hit, as two levels of trees. The lower level is one MeshTree a mesh, shared by all its
 // instances and by successive worlds; the upper level is one tree over the instances' boxes. Immutable once built.
 //
-//   Accel: top tree -> Instance (map, mask) -> MeshTree: Node8 -> Tri8 blocks
+//   Accel: top tree -> Instance (map, mask) -> MeshTree: Node8 -> Tri8 blocks, or the same made compact
 //                                           or a shape: sphere, quad, disk
 //
 // This header is the cold side (building, owning). accel/traverse.h is the hot side: closest hit and any hit.
@@ -17,14 +17,27 @@
 
 typedef struct MeshTree MeshTree; // counted
 
+// How a mesh's tree is laid out. Both give the same hits, bit for bit.
+typedef enum TreeLayout {
+  TREE_FLOAT,   // the fastest to trace: boxes and vertices as floats, about 54 bytes a triangle
+  TREE_COMPACT, // boxes in bytes, vertices left where they are: about 7 bytes; see accel/compact.h
+} TreeLayout;
+
+typedef struct TreeOptions { // zero is a good default
+  TreeLayout layout;
+} TreeOptions;
+
 // Builds the tree of an indexed triangle list (3 floats a vertex, 3 indices a triangle, all in range, positions
-// finite). Keeps no pointer to the arrays. Triangles of zero area are kept out: nothing can hit them. jobs may be
-// NULL. The result does not depend on the number of threads. NULL on no memory or cancel.
+// finite). TREE_FLOAT keeps no pointer to the arrays. TREE_COMPACT reads both while rays are traced: they stay the
+// caller's, and must neither change nor go before the tree's last user. Triangles of zero area are kept out:
+// nothing can hit them. jobs may be NULL. The result does not depend on the number of threads. NULL on no memory
+// or cancel.
 MeshTree *mesh_tree_build(const float *positions, size_t vertex_count, const uint32_t *triangles,
-                          size_t triangle_count, Jobs *jobs, const Cancel *cancel, Err *err);
+                          size_t triangle_count, TreeOptions options, Jobs *jobs, const Cancel *cancel,
+                          Err *err);
 MeshTree *mesh_tree_share(MeshTree *t);
 void mesh_tree_release(MeshTree *t); // accepts NULL
-size_t mesh_tree_bytes(const MeshTree *t);
+size_t mesh_tree_bytes(const MeshTree *t); // without the mesh's own arrays
 void mesh_tree_bounds(const MeshTree *t, float lo[3], float hi[3]); // lo > hi when it is empty
 
 typedef enum InstanceKind { INSTANCE_MESH, INSTANCE_SPHERE, INSTANCE_QUAD, INSTANCE_DISK } InstanceKind;

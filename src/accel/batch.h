@@ -7,9 +7,9 @@
 #include "accel/stream.h"
 #include "accel/turns.h"
 
-#ifndef SHARED_LEAST
+// Rays a visit to a node is for, on average; with fewer a stream is slower than turns. Of 0 to 99, over second bounces,
+// occlusion and chords in three scenes, 2.6 to 4 were best.
 #define SHARED_LEAST 3.0f
-#endif
 
 enum { TURNS_FOR = 448 }; // rays walked in turns before a stream is tried again
 

@@ -17,7 +17,10 @@ static inline void brute_instance(Query *q, const Accel *a, uint32_t instance_i,
     return;
   }
   const MeshTree *m = v.instance->mesh;
-  for (size_t b = 0; b < m->block_count; b++) block_closest(q, &v, &m->blocks[b]);
+  for (uint32_t b = 0; b < m->block_count; b++) {
+    Tri8 space;
+    block_closest(q, &v, mesh_block(m, b, &space));
+  }
 }
 
 static inline bool accel_closest_brute(const Accel *a, const Ray *ray, RayMask mask, HitFilter *filter,

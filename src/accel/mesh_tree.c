@@ -1,7 +1,8 @@
 // The tree of one mesh: its triangles' boxes go through build.h, and each leaf becomes a Tri8 block of vertices, so
-// that a ray needs no look at the mesh's own arrays. Does not keep those arrays.
+// that a ray needs no look at the mesh's own arrays; or, in a compact tree, a row of triangle numbers.
 
 #include "accel/build.h"
+#include "accel/compact.h"
 #include "base/mem.h"
 
 enum { CHUNK = 1 << 14 };
@@ -86,6 +87,46 @@ static uint32_t emit_block(void *user, size_t leaf_i, const uint32_t *prims, uin
   return (uint32_t)leaf_i;
 }
 
+static uint32_t emit_compact_leaf(void *user, size_t leaf_i, const uint32_t *prims, uint32_t count)
+{
+  const MeshInput *in = user;
+  CompactLeaf *leaf = &in->tree->compact_leaves[leaf_i];
+  for (uint32_t lane = 0; lane < 8; lane++) leaf->prim[lane] = lane < count ? prims[lane] : NO_HIT;
+  return (uint32_t)leaf_i;
+}
+
+static bool no_memory(const MeshTree *t, Err *err) { return err_memory(err, "a mesh's tree", mesh_tree_bytes(t)); }
+
+static bool fill_float(MeshInput *in, Err *err)
+{
+  MeshTree *t = in->tree;
+  if (t->node_count) t->nodes = mem_alloc(t->node_count, sizeof *t->nodes);
+  if (t->block_count) t->blocks = mem_alloc(t->block_count, sizeof *t->blocks);
+  if ((t->node_count && !t->nodes) || (t->block_count && !t->blocks)) return no_memory(t, err);
+  t->root = build_emit(in->build, t->nodes, emit_block, in);
+  return true;
+}
+
+// Nodes are emitted as floats, for the time being, and then packed.
+static bool fill_compact(MeshInput *in, Err *err)
+{
+  MeshTree *t = in->tree;
+  Node8 *nodes = NULL;
+  t->positions = in->positions;
+  t->triangles = in->triangles;
+  if (t->block_count) t->compact_leaves = mem_alloc(t->block_count, sizeof *t->compact_leaves);
+  if (t->node_count) t->compact_nodes = mem_alloc(t->node_count, sizeof *t->compact_nodes);
+  if (t->node_count) nodes = mem_alloc(t->node_count, sizeof *nodes);
+  const bool ok =
+      (!t->node_count || (t->compact_nodes && nodes)) && (!t->block_count || t->compact_leaves);
+  if (ok) {
+    t->root = build_emit(in->build, nodes, emit_compact_leaf, in);
+    compact_pack(t->compact_nodes, nodes, t->node_count, in->build->jobs);
+  }
+  mem_free(nodes);
+  return ok || no_memory(t, err);
+}
+
 static bool fill_tree(MeshInput *in, Err *err)
 {
   Build *b = in->build;
@@ -95,17 +136,12 @@ static bool fill_tree(MeshInput *in, Err *err)
   t->triangle_count = b->count;
   t->node_count = b->node_count;
   t->block_count = b->leaf_count;
-  if (t->node_count) t->nodes = mem_alloc(t->node_count, sizeof *t->nodes);
-  if (t->block_count) t->blocks = mem_alloc(t->block_count, sizeof *t->blocks);
-  if ((t->node_count && !t->nodes) || (t->block_count && !t->blocks)) {
-    return err_memory(err, "a mesh's tree", mesh_tree_bytes(t));
-  }
-  t->root = build_emit(b, t->nodes, emit_block, in);
-  return true;
+  return t->layout == TREE_COMPACT ? fill_compact(in, err) : fill_float(in, err);
 }
 
 MeshTree *mesh_tree_build(const float *positions, size_t vertex_count, const uint32_t *triangles,
-                          size_t triangle_count, Jobs *jobs, const Cancel *cancel, Err *err)
+                          size_t triangle_count, TreeOptions options, Jobs *jobs, const Cancel *cancel,
+                          Err *err)
 {
   if (triangle_count > MOST_TRIANGLES) {
     err_set(err, ERR_BAD_SCENE, "a mesh of %zu triangles; at most %zu are possible, split it", triangle_count,
@@ -118,6 +154,7 @@ MeshTree *mesh_tree_build(const float *positions, size_t vertex_count, const uin
     return NULL;
   }
   atomic_init(&t->users, 1);
+  t->layout = options.layout;
   Build b = {.jobs = jobs, .cancel = cancel};
   MeshInput in = {positions, vertex_count, triangles, triangle_count, &b, NULL, t};
   const bool ok = fill_tree(&in, err);
@@ -140,11 +177,15 @@ void mesh_tree_release(MeshTree *t)
   if (!t || atomic_fetch_sub_explicit(&t->users, 1, memory_order_acq_rel) > 1) return;
   mem_free(t->nodes);
   mem_free(t->blocks);
+  mem_free(t->compact_nodes);
+  mem_free(t->compact_leaves);
   mem_free(t);
 }
 
 size_t mesh_tree_bytes(const MeshTree *t)
 {
+  if (t->layout == TREE_COMPACT)
+    return sizeof *t + t->node_count * sizeof *t->compact_nodes + t->block_count * sizeof *t->compact_leaves;
   return sizeof *t + t->node_count * sizeof *t->nodes + t->block_count * sizeof *t->blocks;
 }
 

@@ -8,6 +8,8 @@
 
 #include "accel/step.h"
 
+#include <stddef.h>
+
 enum { SET_SIZE = 64, SET_GROUPS = SET_SIZE / WIDEST };
 
 typedef struct RaySet {
@@ -22,6 +24,7 @@ typedef struct RaySet {
   uint64_t made; // which of the next there are
   TreeRay ray[SET_SIZE];
 } __attribute__((aligned(64))) RaySet;
+_Static_assert(offsetof(RaySet, tmax) == 7 * SET_SIZE * sizeof(float), "eight rows without a gap");
 
 // The ray by itself; made when first asked for.
 static inline const TreeRay *rayset_ray(RaySet *s, int i)
@@ -46,9 +49,11 @@ static inline void rayset_put(RaySet *s, int i, Vec3 o, Vec3 d, float tmin)
 static inline void rayset_load(RaySet *s, const PackedRay *rays, int count)
 {
   PackedRay rest[8];
+  float *columns = (float *)(void *)s; // o, tmin, d and tmax are one after another
   for (int i = 0; i < count; i += 8) {
-    if (count - i < 8) memcpy(rest, rays + i, (size_t)(count - i) * sizeof *rays);
-    wide_transpose8(count - i < 8 ? rest[0].o : rays[i].o, s->o[0] + i, SET_SIZE);
+    const PackedRay *eight = rays + i;
+    if (count - i < 8) eight = memcpy(rest, eight, (size_t)(count - i) * sizeof *rays);
+    wide_transpose8((const float *)(const void *)eight, columns + i, SET_SIZE);
   }
 }
 
@@ -166,6 +171,13 @@ static inline uint64_t rayset_ready(RaySet *s, int count)
 
 // --- many coherent rays at once ---------------------------------------------------------------------
 
+// By one axis, what is left of eight boxes' intervals: to_near and to_far are the ways to their planes.
+static inline void rayset_cut(const RaySet *s, uint32_t axis, wf to_near, wf to_far, wf *t0, wf *t1)
+{
+  *t0 = wf_max(wf_min(to_near * s->inv_ends[0][axis], to_near * s->inv_ends[1][axis]), *t0);
+  *t1 = wf_min(wf_max(to_far * s->far_ends[0][axis], to_far * s->far_ends[1][axis]), *t1);
+}
+
 // Which children's boxes any of the rays may meet, and a bound from below to where: interval arithmetic. Products are
 // monotone in both factors, rounding included, so no ray's own test can pass where this one does not.
 static inline unsigned rayset_node(const RaySet *s, const Node8 *n, float tmax, Near8 *near)
@@ -173,11 +185,10 @@ static inline unsigned rayset_node(const RaySet *s, const Node8 *n, float tmax, 
   unsigned bits = 0;
   for (int g = 0; g < 8; g += WIDE) {
     wf t0 = wf_set(s->least_tmin), t1 = wf_set(tmax);
-    for (int k = 0; k < 3; k++) {
+    for (uint32_t k = 0; k < 3; k++) {
       const wf to_near = wf_load(n->box[s->near_row[k]] + g) - s->near_from[k];
       const wf to_far = wf_load(n->box[s->far_row[k]] + g) - s->far_from[k];
-      t0 = wf_max(wf_min(to_near * s->inv_ends[0][k], to_near * s->inv_ends[1][k]), t0);
-      t1 = wf_min(wf_max(to_far * s->far_ends[0][k], to_far * s->far_ends[1][k]), t1);
+      rayset_cut(s, k, to_near, to_far, &t0, &t1);
     }
     near->t[g / WIDE] = t0;
     bits |= wf_le(t0, t1) << g;
@@ -223,13 +234,10 @@ static inline unsigned rayset_block(const RaySet *s, const SeenBlock *b, float t
   for (int g = 0; g < 8; g += WIDE) {
     wf t0 = wf_set(s->least_tmin), t1 = wf_set(tmax);
     for (int k = 0; k < 3; k++) {
-      const uint32_t axis = axes[k];
       const wf v0 = wf_load(b->v[0][k] + g), v1 = wf_load(b->v[1][k] + g), v2 = wf_load(b->v[2][k] + g);
       const wf lo = wf_min(wf_min(v0, v1), v2), hi = wf_max(wf_max(v0, v1), v2);
-      const bool is_backward = s->inv_ends[0][axis] < 0;
-      const wf to_near = is_backward ? hi : lo, to_far = is_backward ? lo : hi;
-      t0 = wf_max(wf_min(to_near * s->inv_ends[0][axis], to_near * s->inv_ends[1][axis]), t0);
-      t1 = wf_min(wf_max(to_far * s->far_ends[0][axis], to_far * s->far_ends[1][axis]), t1);
+      const bool is_backward = s->inv_ends[0][axes[k]] < 0;
+      rayset_cut(s, axes[k], is_backward ? hi : lo, is_backward ? lo : hi, &t0, &t1);
     }
     bits |= wf_le(t0, t1) << g;
   }

@@ -11,6 +11,7 @@
 #define RAYFOLD_ACCEL_STREAM_H
 
 #include "accel/batch_rays.h"
+#include "accel/compact.h"
 #include "accel/rayset.h"
 
 typedef struct Stream {
@@ -214,7 +215,7 @@ static inline unsigned lanes_ahead(RaySet *rays, int g, const Tri8 *b, int i, co
   const int at = g * WIDEST;
   const wx sz = wx_load(rays->sz + at);
   const wx first = wx_min(h->z[2] * sz, wx_min(h->z[1] * sz, h->z[0] * sz));
-  unsigned ahead = wx_lt(wx_load(rays->tmin + at) * (1 + 0x1p-20f), first) & bits;
+  unsigned ahead = wx_lt(wx_load(rays->tmin + at) * AHEAD_SLACK, first) & bits;
   for (unsigned left = bits & ~ahead; left; left &= left - 1) {
     const int k = __builtin_ctz(left);
     ahead |= (unsigned)tri8_is_ahead(b, i, rayset_ray(rays, at + k)) << k;
@@ -334,33 +335,41 @@ static inline bool stream_pop(const Stream *s, StreamStack *stack, uint32_t *chi
   return false;
 }
 
-static inline void stream_fetch(const void *p, size_t size)
-{
-  for (size_t at = 0; at < size; at += 64) __builtin_prefetch((const char *)p + at);
-}
-
 static inline void mesh_fetch(const MeshTree *m, uint32_t child)
 {
   const size_t i = child & ~LEAF_BIT;
-  if (child & LEAF_BIT)
-    stream_fetch(&m->blocks[i], sizeof(Tri8));
+  const bool is_leaf = child & LEAF_BIT;
+  if (m->layout == TREE_FLOAT)
+    is_leaf ? fetch_ahead(&m->blocks[i], sizeof(Tri8)) : fetch_ahead(&m->nodes[i], sizeof(Node8));
   else
-    stream_fetch(&m->nodes[i], sizeof(Node8));
+    is_leaf ? fetch_ahead(&m->compact_leaves[i], sizeof(CompactLeaf))
+            : fetch_ahead(&m->compact_nodes[i], sizeof(CompactNode));
+}
+
+// Leaves that come next: the nearest has its corners by now, that after it itself.
+static inline void stream_fetch_leaves(const MeshTree *m, const StreamStack *stack)
+{
+  const int at = stack->height;
+  if (at > 1 && stack->child[at - 2] & LEAF_BIT) leaf_fetch_corners(m, stack->child[at - 2] & ~LEAF_BIT);
+  if (at > 0 && stack->child[at - 1] & LEAF_BIT) leaf_fetch_points(m, stack->child[at - 1] & ~LEAF_BIT);
 }
 
 static inline void stream_mesh(Stream *s, const Visit *v, RaySet *rays, uint64_t set)
 {
   const MeshTree *m = v->instance->mesh;
   StreamStack stack;
+  Node8 node;
+  Tri8 block;
   uint32_t child;
   stream_begin(&stack, m->root, set);
   while (stream_pop(s, &stack, &child, &set)) {
     if (child & LEAF_BIT) {
-      stream_block(s, rays, v, &m->blocks[child & ~LEAF_BIT], set);
+      if (m->layout == TREE_COMPACT) stream_fetch_leaves(m, &stack);
+      stream_block(s, rays, v, mesh_block(m, child & ~LEAF_BIT, &block), set);
       continue;
     }
     const int bottom = stack.height;
-    stream_node(s, rays, &m->nodes[child], set, &stack);
+    stream_node(s, rays, mesh_node(m, child, &node), set, &stack);
     for (int i = stack.height - 1; i >= bottom; i--) mesh_fetch(m, stack.child[i]);
   }
 }
@@ -446,9 +455,8 @@ static inline void stream_world(Stream *s, RaySet *world, uint64_t set)
 static inline void stream_fetch_next(const Batch *b, size_t next)
 {
   if (next + SET_SIZE > b->count) return;
-  stream_fetch(b->rays + next, SET_SIZE * sizeof *b->rays);
-  for (size_t i = 0; b->hits && i < SET_SIZE * sizeof *b->hits; i += 64)
-    __builtin_prefetch((char *)(b->hits + next) + i, 1);
+  fetch_ahead(b->rays + next, SET_SIZE * sizeof *b->rays);
+  if (b->hits) fetch_ahead(b->hits + next, SET_SIZE * sizeof *b->hits);
 }
 
 // Answers up to 64 rays of the batch. Returns how many rays shared a visit to a node on average.

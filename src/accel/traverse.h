@@ -8,6 +8,7 @@
 #ifndef RAYFOLD_ACCEL_TRAVERSE_H
 #define RAYFOLD_ACCEL_TRAVERSE_H
 
+#include "accel/compact.h"
 #include "accel/step.h"
 
 // The nearest child on the stack that is not beyond tmax; false when there is none.
@@ -25,13 +26,15 @@ static inline bool mesh_closest(Query *q, const Visit *v)
 {
   const MeshTree *m = v->instance->mesh;
   StackEntry stack[STACK_SIZE + 8];
+  Node8 node;
+  Tri8 block;
   int height = 0;
   bool found = false;
   uint32_t child = m->root;
   for (;;) {
     // Down to a leaf, always to the nearest child; one that is alone need not go over the stack.
     while (!(child & LEAF_BIT)) {
-      const Node8 *n = &m->nodes[child];
+      const Node8 *n = mesh_node(m, child, &node);
       Near8 near;
       q->counters->nodes++;
       const unsigned bits = node8_hit(n, v->ray, q->best.t, &near);
@@ -47,7 +50,7 @@ static inline bool mesh_closest(Query *q, const Visit *v)
       height = push_children(stack, height, n, bits, &near, q->is_any);
       if (!pop_child(stack, &height, q->best.t, &child)) return found;
     }
-    found |= block_closest(q, v, &m->blocks[child & ~LEAF_BIT]);
+    found |= block_closest(q, v, mesh_block(m, child & ~LEAF_BIT, &block));
     if (found && q->is_any) return true;
     if (!pop_child(stack, &height, q->best.t, &child)) return found;
   }

@@ -9,31 +9,42 @@
 #define RAYFOLD_ACCEL_TURNS_H
 
 #include "accel/batch_rays.h"
+#include "accel/compact.h"
 
-enum { MOST_TURNS = 32 };
+enum { MOST_TURNS = 32 }; // of 4, 8, 16 and 32 the best
 
 typedef struct Turn {
   Query query;
   Visit visit; // its ray is that of the tree being walked
   Ray ray;
   TreeRay world, own;
-  const Node8 *nodes;   // of the tree being walked
-  const char *items[2]; // nodes and leaves, to fetch ahead
+  const Node8 *nodes;      // of the tree being walked
+  const MeshTree *compact; // that tree, if it is compact; nodes is then of no use
+  const char *items[2];    // nodes and leaves, to fetch ahead
   size_t item_size[2];
   bool is_inside, found; // inside: a mesh's tree
   uint32_t child;        // to look at next
   float near;            // where the ray enters it
   uint32_t ray_i;
   int height;
+  int fetched; // of a compact leaf: 1 its corners, 2 its points
   StackEntry stack[2 * STACK_SIZE + 8];
 } Turn;
+
+static inline void turn_set_items(Turn *t, const void *nodes, size_t node_size, const void *leaves,
+                                  size_t leaf_size)
+{
+  t->items[0] = nodes;
+  t->items[1] = leaves;
+  t->item_size[0] = node_size;
+  t->item_size[1] = leaf_size;
+}
 
 static inline void turn_walk_upper(Turn *t, const Accel *a)
 {
   t->nodes = a->nodes;
-  t->items[0] = (const char *)a->nodes;
-  t->items[1] = (const char *)a->instances;
-  t->item_size[1] = sizeof *a->instances;
+  t->compact = NULL;
+  turn_set_items(t, a->nodes, sizeof *a->nodes, a->instances, sizeof *a->instances);
   t->visit.ray = &t->world;
   t->is_inside = false;
 }
@@ -41,9 +52,11 @@ static inline void turn_walk_upper(Turn *t, const Accel *a)
 static inline void turn_walk_mesh(Turn *t, const MeshTree *m)
 {
   t->nodes = m->nodes;
-  t->items[0] = (const char *)m->nodes;
-  t->items[1] = (const char *)m->blocks;
-  t->item_size[1] = sizeof *m->blocks;
+  t->compact = m->layout == TREE_COMPACT ? m : NULL;
+  if (t->compact)
+    turn_set_items(t, m->compact_nodes, sizeof *m->compact_nodes, m->compact_leaves, sizeof *m->compact_leaves);
+  else
+    turn_set_items(t, m->nodes, sizeof *m->nodes, m->blocks, sizeof *m->blocks);
   t->is_inside = true;
 }
 
@@ -62,7 +75,8 @@ static inline void turn_fetch(const Turn *t)
   const unsigned is_leaf = t->child >> 31;
   const size_t i = t->child == EMPTY_TREE ? 0 : t->child & ~LEAF_BIT;
   const char *p = t->items[is_leaf] + i * t->item_size[is_leaf];
-  for (int line = 0; line < 5; line++) __builtin_prefetch(p + 64 * line);
+  if (t->compact) fetch_ahead(p, 2 * 64);
+  else fetch_ahead(p, 5 * 64);
 }
 
 // Begins with the next ray of the batch that can hit anything; false when there is none.
@@ -82,6 +96,7 @@ static inline bool turn_begin(Turn *t, const Batch *b, size_t *next)
     t->stack[0] = (StackEntry){EMPTY_TREE, -INFINITY};
     t->height = 1;
     t->found = false;
+    t->fetched = 0;
     t->child = a->root;
     t->near = t->world.tmin;
     if (a->root & LEAF_BIT) t->near = tree_ray_box(&t->world, a->boxes[a->root & ~LEAF_BIT], t->query.best.t);
@@ -94,7 +109,8 @@ static inline bool turn_begin(Turn *t, const Batch *b, size_t *next)
 
 static inline void turn_node(Turn *t, bool is_any)
 {
-  const Node8 *n = &t->nodes[t->child];
+  Node8 space;
+  const Node8 *n = t->compact ? mesh_node(t->compact, t->child, &space) : &t->nodes[t->child];
   Near8 near;
   const unsigned bits = node8_hit(n, t->visit.ray, t->query.best.t, &near);
   t->height = push_children(t->stack, t->height, n, bits, &near, is_any);
@@ -123,6 +139,16 @@ static inline void turn_instance(Turn *t, const Batch *b)
   turn_walk_mesh(t, i->mesh);
 }
 
+// A compact leaf has its vertices two reads away. A turn fetches each ahead, and takes the leaf in its third step.
+static inline bool turn_waits(Turn *t)
+{
+  const uint32_t leaf_i = t->child & ~LEAF_BIT;
+  t->fetched = (t->fetched + 1) % 3;
+  if (t->fetched == 1) leaf_fetch_corners(t->compact, leaf_i);
+  if (t->fetched == 2) leaf_fetch_points(t->compact, leaf_i);
+  return t->fetched != 0;
+}
+
 // One step at a leaf; true when the ray is done.
 static inline bool turn_leaf(Turn *t, const Batch *b, bool is_any)
 {
@@ -133,7 +159,9 @@ static inline bool turn_leaf(Turn *t, const Batch *b, bool is_any)
     return false;
   }
   if (t->is_inside) {
-    const Tri8 *block = (const Tri8 *)(const void *)t->items[1] + (t->child & ~LEAF_BIT);
+    if (t->compact && turn_waits(t)) return false;
+    Tri8 space;
+    const Tri8 *block = mesh_block(t->visit.instance->mesh, t->child & ~LEAF_BIT, &space);
     t->found |= block_closest(&t->query, &t->visit, block);
     if (is_any && t->found) return true;
     turn_pop(t);
@@ -186,10 +214,8 @@ static inline void turns_walk(const Batch *b)
   TurnLists lists[2];
   size_t next = 0;
   lists[0].count[0] = lists[0].count[1] = 0;
-  for (int i = 0; i < MOST_TURNS && turn_begin(&turns[i], b, &next); i++) {
-    turns[i].item_size[0] = sizeof(Node8);
+  for (int i = 0; i < MOST_TURNS && turn_begin(&turns[i], b, &next); i++)
     turn_list(&lists[0], &turns[i], i);
-  }
   for (int round = 0; lists[round].count[0] + lists[round].count[1] > 0; round ^= 1)
     turns_round(turns, b, is_any, &next, &lists[round], &lists[round ^ 1]);
 }

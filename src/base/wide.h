@@ -102,7 +102,6 @@ typedef int32_t wxi __attribute__((vector_size(64)));
 
 static inline wx wx_min(wx a, wx b) { return (wx)_mm512_min_ps((__m512)a, (__m512)b); }
 static inline wx wx_max(wx a, wx b) { return (wx)_mm512_max_ps((__m512)a, (__m512)b); }
-static inline wx wx_sqrt(wx a) { return (wx)_mm512_sqrt_ps((__m512)a); }
 static inline unsigned wx_le(wx a, wx b) { return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LE_OQ); }
 static inline unsigned wx_lt(wx a, wx b) { return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OQ); }
 static inline unsigned wx_eq(wx a, wx b) { return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_EQ_OQ); }
@@ -135,7 +134,6 @@ typedef wf wx;
 
 static inline wx wx_min(wx a, wx b) { return wf_min(a, b); }
 static inline wx wx_max(wx a, wx b) { return wf_max(a, b); }
-static inline wx wx_sqrt(wx a) { return wf_sqrt(a); }
 static inline unsigned wx_le(wx a, wx b) { return wf_le(a, b); }
 static inline unsigned wx_lt(wx a, wx b) { return wf_lt(a, b); }
 static inline unsigned wx_eq(wx a, wx b) { return wf_eq(a, b); }
@@ -194,6 +192,52 @@ static inline void wide_transpose8(const float *rows, float *columns, size_t str
   for (size_t c = 0; c < 8; c++)
     for (size_t r = 0; r < 8; r++) columns[c * stride + r] = rows[8 * r + c];
 #endif
+}
+
+// Bytes to floats, WIDEST of them.
+static inline wx wx_bytes(const uint8_t *p)
+{
+#if WIDEST == 16
+  return (wx)_mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128((const __m128i *)(const void *)p)));
+#elif WIDE == 8
+  return (wf)_mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)(const void *)p)));
+#elif WIDE == 4
+  int32_t four;
+  memcpy(&four, p, sizeof four);
+  return (wf)_mm_cvtepi32_ps(_mm_cvtepu8_epi32(_mm_cvtsi32_si128(four)));
+#else
+  return (float)*p;
+#endif
+}
+
+// Eight points of three floats, each somewhere else, to three rows of eight. Plain loads, since gathers are slow on
+// processors mended against data sampling.
+static inline void wide_points8(const float *const points[8], float rows[3][8])
+{
+#if defined(__AVX__)
+  const __m128i three = _mm_setr_epi32(-1, -1, -1, 0);
+  __m256 r[4];
+  for (int i = 0; i < 4; i++) {
+    const __m128 low = _mm_maskload_ps(points[i], three), high = _mm_maskload_ps(points[i + 4], three);
+    r[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
+  }
+  const __m256 xy01 = _mm256_unpacklo_ps(r[0], r[1]), xy23 = _mm256_unpacklo_ps(r[2], r[3]);
+  const __m256 z01 = _mm256_unpackhi_ps(r[0], r[1]), z23 = _mm256_unpackhi_ps(r[2], r[3]);
+  _mm256_storeu_ps(rows[0], _mm256_shuffle_ps(xy01, xy23, 0x44));
+  _mm256_storeu_ps(rows[1], _mm256_shuffle_ps(xy01, xy23, 0xee));
+  _mm256_storeu_ps(rows[2], _mm256_shuffle_ps(z01, z23, 0x44));
+#else
+  for (int i = 0; i < 8; i++)
+    for (int k = 0; k < 3; k++) rows[k][i] = points[i][k];
+#endif
+}
+
+// Fetches cache lines that will be read soon. A function that only prefetches has no effect in GCC's eyes, and
+// where it is not inlined at once its calls are dropped; the empty statement keeps them.
+static inline void fetch_ahead(const void *p, size_t size)
+{
+  for (size_t at = 0; at < size; at += 64) __builtin_prefetch((const char *)p + at);
+  __asm__ volatile("");
 }
 
 // Where the processor can compress and sort eight 64-bit numbers in a register, a walk puts children on its stack

@@ -8,6 +8,9 @@
 
 #include "geom/tree_ray.h"
 
+// A vertex this much farther than tmin is beyond it without a doubt, whatever rounding did to either.
+#define AHEAD_SLACK (1 + 0x1p-20f)
+
 typedef struct Tri8 {
   float v[3][3][8]; // vertex, axis, lane; NaN in lanes not used, which nothing hits
   uint32_t prim[8]; // triangle of the mesh; NO_HIT in lanes not used
@@ -100,7 +103,7 @@ static inline bool tri8_is_ahead(const Tri8 *b, int i, const TreeRay *r)
 {
   float first = INFINITY;
   for (int c = 0; c < 3; c++) first = min_f((b->v[c][r->kz][i] - r->o[r->kz]) * r->sz, first);
-  if (first > r->tmin * (1 + 0x1p-20f)) return true;
+  if (first > r->tmin * AHEAD_SLACK) return true;
   double e1[3], e2[3], to[3];
   for (int k = 0; k < 3; k++) {
     e1[k] = (double)b->v[1][k][i] - b->v[0][k][i];

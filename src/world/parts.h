@@ -14,7 +14,7 @@
 
 typedef struct MeshPart {
   MeshData *data; // shared
-  MeshTree *tree; // shared; NULL until built
+  MeshTree *tree; // shared; NULL until built. A compact one reads the data's arrays, so the two go together
 } MeshPart;
 
 typedef struct ImagePart {
@@ -34,6 +34,7 @@ typedef struct SeenBytes { // of an embedded picture, so that thousands of textu
 } SeenBytes;
 
 typedef struct WorldParts { // what a World's parts member points to
+  TreeOptions tree_options; // of all meshes' trees
   ARRAY(MeshPart) meshes;
   ARRAY(ImagePart *) images;
   ARRAY(SeenBytes) seen;
