@@ -1,11 +1,12 @@
 // Tree: the layout of both levels in memory, for builders and for hot code.
 //
-//   Node8 (256 bytes)  | lo x[8] | hi x[8] | lo y[8] | hi y[8] | lo z[8] | hi z[8] | child[8] | count[8] |  ...  |
-//                        box rows of eight children, one lane each                             leaf sizes  spare
+//   Node8 (256 bytes)  | lo x[8] | hi x[8] | lo y[8] | hi y[8] | lo z[8] | hi z[8] | child[8] | count[8] | cost | ... |
+//                        box rows of eight children, one lane each                             leaf sizes
 //
 // A child is a node's index, or LEAF_BIT and what the leaf holds: a Tri8 block in a mesh's tree, an instance in the
 // upper one. Lanes not used have lo = +inf, hi = -inf, which no ray enters. A parent's box of a child is the exact
-// union of what lies below it, so that boxes are nested without a gap.
+// union of what lies below it, so that boxes are nested without a gap. A triangle of a refitted tree that nothing can
+// hit any more keeps its lane, with NaN for vertices; a box with no others below is empty.
 //
 // Depth: a builder makes splits of any shape down to MOST_SAH_DEPTH levels of nodes; below, it halves the largest
 // range seven times a node, so n references become at most ceil(n / 8) a child, and 2^31 of them are single after
@@ -30,7 +31,8 @@ typedef struct Node8 {
   float box[6][8];
   uint32_t child[8];
   uint8_t count[8]; // of a leaf: its primitives; of a node: 0
-  uint8_t spare[24];
+  float cost;       // tests a ray that enters may expect, when built; 0: as the boxes say now (accel/refit.h)
+  uint8_t spare[20];
 } Node8;
 _Static_assert(sizeof(Node8) == 256, "four cache lines");
 
@@ -38,7 +40,7 @@ struct MeshTree {
   atomic_int users;
   uint32_t root; // child code
   Node8 *nodes;  // owned
-  Tri8 *blocks;  // owned; each has at least one triangle
+  Tri8 *blocks;  // owned; each has at least one triangle, though perhaps not to be hit
   size_t node_count, block_count, triangle_count;
   Bounds bounds;
 };
