@@ -130,19 +130,24 @@ static MeshArrays arrays_of(const Soup *s)
 static Bounds inspect_block(Inspection *in, uint32_t block_i, uint32_t count)
 {
   const Tri8 *b = &in->tree->blocks[block_i];
+  Tri8 expected;
   Bounds all = bounds_empty();
   in->blocks++;
   for (uint32_t lane = 0; lane < 8; lane++) {
-    Tri8 expected;
     const bool is_used = b->prim[lane] != NO_HIT;
     in->wrong += is_used != (lane < count) || (is_used && b->prim[lane] >= in->mesh.triangle_count);
-    if (!is_used) continue;
-    const Bounds box = block_set_lane(&expected, lane, &in->mesh, b->prim[lane]);
-    bounds_add(&all, &box);
-    in->found[b->prim[lane]]++;
-    for (int i = 0; i < 9; i++) {
-      in->wrong += memcmp(&b->v[i / 3][i % 3][lane], &expected.v[i / 3][i % 3][lane], sizeof(float)) != 0;
+    Vec3 v[3];
+    const bool can_be_hit = is_used && triangle_corners(&in->mesh, b->prim[lane], v);
+    if (is_used) in->found[b->prim[lane]]++;
+    if (!can_be_hit) v[0] = v[1] = v[2] = v3_all(NAN);
+    for (int c = 0; c < 3; c++) {
+      if (can_be_hit) bounds_add_point(&all, v[c]);
+      for (int k = 0; k < 3; k++) expected.v[c][k][lane] = v[c][k];
     }
+  }
+  for (int i = 0; i < 72; i++) {
+    const float x = b->v[i / 24][i / 8 % 3][i % 8], y = expected.v[i / 24][i / 8 % 3][i % 8];
+    in->wrong += x == x || y == y ? memcmp(&x, &y, sizeof x) != 0 : 0;
   }
   return all;
 }
@@ -397,6 +402,34 @@ TEST(only_worn_parts_are_built_anew_by_any_number_of_threads)
   }
   mesh_tree_release(tree);
   jobs_destroy(jobs);
+  soup_finish(&s);
+}
+
+// Triangles that had no area when the tree was built come in one by one, and only their surroundings are built anew.
+TEST(newcomers_find_a_place)
+{
+  Soup s = nasty_soup(RANDOM, 5000);
+  Random random = {11};
+  float *whole = mem_alloc(3 * s.vertex_count, sizeof *whole);
+  memcpy(whole, s.positions, 3 * s.vertex_count * sizeof *whole);
+  for (size_t t = 0; t < s.triangle_count; t += 10) put_on(&s, t, t, true);
+  MeshTree *tree = build_of(&s);
+  CHECK(tree->triangle_count == 4500);
+  int hits = 0;
+  size_t rebuilt = 0, came = 0;
+  for (size_t t = 0; t < s.triangle_count; came = t / 10, t += came < 20 ? 10 : 200) {
+    for (size_t i = 0; i <= t; i += 10) memcpy(s.positions + 9 * i, whole + 9 * i, 9 * sizeof *whole);
+    Refit r;
+    MeshTree *next = run(&r, tree, &s, NULL);
+    rebuilt += r.rebuilt_count;
+    CHECK(inspect(next, &s) == 0 && next->triangle_count == 4500 + t / 10 + 1);
+    CHECK(wrong_rays(next, &s, &random, 20, &hits) == 0);
+    mesh_tree_release(tree);
+    tree = next;
+  }
+  CHECK_MSG(rebuilt < 64 * 500 && hits > 0, "%zu", rebuilt);
+  mesh_tree_release(tree);
+  mem_free(whole);
   soup_finish(&s);
 }
 

@@ -23,9 +23,9 @@ typedef struct MeshTree MeshTree; // counted
 MeshTree *mesh_tree_build(const float *positions, size_t vertex_count, const uint32_t *triangles,
                           size_t triangle_count, Jobs *jobs, const Cancel *cancel, Err *err);
 
-// The next tree of a mesh whose vertices moved: what a build would give, in a tenth of the time, from the tree of the
+// The next tree of a mesh whose vertices moved: what a build would give, in a seventh of the time, from the tree of the
 // same triangles (same indices in the same order) at other positions. Parts that have become slow to trace are built
-// anew, and where that is most of it, or triangles of zero area gain one, the whole. `old` stays as it is.
+// anew, and where that is most of it, the whole. `old` stays as it is.
 MeshTree *mesh_tree_refit(const MeshTree *old, const float *positions, size_t vertex_count, const uint32_t *triangles,
                           size_t triangle_count, Jobs *jobs, const Cancel *cancel, Err *err);
 MeshTree *mesh_tree_share(MeshTree *t);

@@ -8,7 +8,6 @@
 
 #include "accel/build.h"
 #include "accel/refit.h"
-#include "base/array.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -98,6 +97,29 @@ static void gather_subtree(const MeshTree *t, uint32_t node_i, Build *b)
   }
 }
 
+// The first newcomer of a node, or where it would be.
+static size_t find_newcomers(const Refit *r, uint32_t node)
+{
+  size_t low = 0, high = r->newcomers.count;
+  while (low < high) {
+    const size_t middle = low + (high - low) / 2;
+    if (r->newcomers.items[middle].node < node) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+static size_t count_newcomers(const Refit *r, uint32_t node)
+{
+  return find_newcomers(r, node + 1) - find_newcomers(r, node);
+}
+
+static void gather_newcomers(const Refit *r, uint32_t node, Build *b)
+{
+  const Newcomer *n = r->newcomers.items + find_newcomers(r, node);
+  for (size_t i = count_newcomers(r, node); i-- > 0; n++) b->refs[b->count++] = ref_of(&n->box, n->prim);
+}
+
 static int by_prim(const void *a, const void *b)
 {
   const uint32_t p = ref_prim(a), q = ref_prim(b);
@@ -124,9 +146,9 @@ typedef struct GraftEmit {
 static uint32_t emit_block(void *user, size_t leaf_i, const uint32_t *prims, uint32_t count)
 {
   const GraftEmit *e = user;
-  for (uint32_t lane = 0; lane < 8; lane++) {
-    block_set_lane(&e->blocks[leaf_i], lane, e->mesh, lane < count ? prims[lane] : NO_HIT);
-  }
+  uint32_t prim[8];
+  for (uint32_t lane = 0; lane < 8; lane++) prim[lane] = lane < count ? prims[lane] : NO_HIT;
+  block_fill(&e->blocks[leaf_i], e->mesh, prim);
   return (uint32_t)leaf_i;
 }
 
@@ -134,9 +156,10 @@ static bool fill_graft(const Refit *r, Graft *graft, Build *b)
 {
   const NodeState *s = &r->states[graft->node];
   MeshTree *t = &graft->tree;
-  if (!build_init(b, s->lanes, NULL)) return false;
+  if (!build_init(b, s->lanes + count_newcomers(r, graft->node), NULL)) return false;
   b->count = 0;
   gather_subtree(r->tree, graft->node, b);
+  gather_newcomers(r, graft->node, b);
   if (r->states[r->tree->root].lanes > r->found_count) drop_duplicates(b);
   if (!build_split(b, NULL)) return false;
   t->triangle_count = b->count;
@@ -240,7 +263,7 @@ static bool number_all(Grafting *g)
     graft->first_block = t->block_count;
     t->node_count += graft->tree.node_count;
     t->block_count += graft->tree.block_count;
-    t->triangle_count -= g->refit->states[graft->node].lanes - graft->tree.triangle_count;
+    t->triangle_count = t->triangle_count + graft->tree.triangle_count - g->refit->states[graft->node].lanes;
   }
   return true;
 }

@@ -1,11 +1,9 @@
 // Refitting: see refit.h. The new tree has the old one's nodes and blocks, number by number; only vertices, boxes and
 // costs are new, found from below in one walk. Subtrees are walked side by side, then what is above them.
 //
-// Triangles of no area are kept out of a tree when it is built. One that loses its area later keeps its lane, so that
-// it is there when it comes back; one that gains it for the first time has no lane, and the whole is built anew.
+// A triangle that loses its area keeps its lane, so that it is there when it comes back.
 
 #include "accel/refit.h"
-#include "base/array.h"
 
 #include <string.h>
 
@@ -29,28 +27,19 @@ static void set_lane_box(Node8 *n, int lane, const Bounds *box)
 
 static Bounds refit_block(Refit *r, uint32_t block_i)
 {
-  const Tri8 *old = &r->old->blocks[block_i];
-  Tri8 *block = &r->tree->blocks[block_i];
-  Bounds all = bounds_empty();
+  uint32_t prim[8];
+  memcpy(prim, r->old->blocks[block_i].prim, sizeof prim);
   for (uint32_t lane = 0; lane < 8; lane++) {
-    uint32_t prim = old->prim[lane];
-    if (prim != NO_HIT && prim >= r->mesh.triangle_count) {
+    if (prim[lane] == NO_HIT) continue;
+    if (prim[lane] >= r->mesh.triangle_count) {
       atomic_store_explicit(&r->is_foreign, true, memory_order_relaxed);
-      prim = NO_HIT;
+      prim[lane] = NO_HIT;
+      continue;
     }
-    const Bounds box = block_set_lane(block, lane, &r->mesh, prim);
-    bounds_add(&all, &box);
     // A triangle may have lanes in several blocks, and so be found by two threads at once.
-    if (prim != NO_HIT) atomic_store_explicit(&r->is_found[prim], 1, memory_order_relaxed);
+    atomic_store_explicit(&r->is_found[prim[lane]], 1, memory_order_relaxed);
   }
-  return all;
-}
-
-static uint32_t lanes_used(const Tri8 *b)
-{
-  uint32_t used = 0;
-  for (int lane = 0; lane < 8; lane++) used += b->prim[lane] != NO_HIT;
-  return used;
+  return block_fill(&r->tree->blocks[block_i], &r->mesh, prim);
 }
 
 // --- one node -------------------------------------------------------------------------------------
@@ -92,7 +81,7 @@ static void refit_node(Refit *r, uint32_t node_i)
     bounds_add(&old_box, &before);
     s.cost += is_leaf ? bounds_half_area(&box) : child->cost;
     s.built_cost += is_leaf ? bounds_half_area(&before) : child->built_cost;
-    s.lanes += is_leaf ? lanes_used(&r->tree->blocks[code & ~LEAF_BIT]) : child->lanes;
+    s.lanes += is_leaf ? old->count[lane] : child->lanes;
     s.has_worn |= !is_leaf && child->has_worn;
   }
   const double old_area = bounds_half_area(&old_box);
@@ -181,32 +170,16 @@ static bool refit_all(Refit *r, Err *err)
   return true;
 }
 
-// Whether a triangle the tree lacks can be hit now. Counts those it has.
-static bool has_newcomers(Refit *r)
-{
-  const unsigned char *is_found = (const unsigned char *)r->is_found;
-  const size_t count = r->mesh.triangle_count;
-  r->found_count = count;
-  for (size_t i = 0; i < count; i++) {
-    const unsigned char *lacking = memchr(is_found + i, 0, count - i);
-    if (!lacking) break;
-    i = (size_t)(lacking - is_found);
-    r->found_count--;
-    Vec3 v[3];
-    if (triangle_corners(&r->mesh, i, v)) return true;
-  }
-  return false;
-}
-
 // --- the next tree --------------------------------------------------------------------------------
 
 // False with *is_hopeless: the mesh must be built.
 static bool make_tree(Refit *r, bool *is_hopeless, Err *err)
 {
   if (!refit_all(r, err)) return false;
-  *is_hopeless = atomic_load_explicit(&r->is_foreign, memory_order_relaxed) || has_newcomers(r);
+  *is_hopeless = atomic_load_explicit(&r->is_foreign, memory_order_relaxed);
+  if (*is_hopeless || !refit_insert(r, is_hopeless, err)) return false;
   const bool has_worn = r->states && r->states[r->tree->root].has_worn;
-  return !*is_hopeless && (!has_worn || refit_graft(r, is_hopeless, err));
+  return !has_worn || refit_graft(r, is_hopeless, err);
 }
 
 MeshTree *refit_run(Refit *r, Err *err)
@@ -220,6 +193,7 @@ MeshTree *refit_run(Refit *r, Err *err)
   }
   mem_free(r->states);
   mem_free(r->is_found);
+  array_finish(&r->newcomers);
   if (ok) return r->tree;
   mesh_tree_release(r->tree);
   if (!is_hopeless) return NULL;

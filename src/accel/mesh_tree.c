@@ -54,10 +54,9 @@ static bool gather(MeshInput *in, Err *err)
 static uint32_t emit_block(void *user, size_t leaf_i, const uint32_t *prims, uint32_t count)
 {
   const MeshInput *in = user;
-  Tri8 *block = &in->tree->blocks[leaf_i];
-  for (uint32_t lane = 0; lane < 8; lane++) {
-    block_set_lane(block, lane, &in->mesh, lane < count ? prims[lane] : NO_HIT);
-  }
+  uint32_t prim[8];
+  for (uint32_t lane = 0; lane < 8; lane++) prim[lane] = lane < count ? prims[lane] : NO_HIT;
+  block_fill(&in->tree->blocks[leaf_i], &in->mesh, prim);
   return (uint32_t)leaf_i;
 }
 

@@ -3,6 +3,7 @@
 //
 //   old tree + positions -> refit: same nodes and blocks, new vertices and boxes, from below    mesh_refit.c
 //                        -> judge: what does a ray pay in each part, and what when it was built?     "
+//                        -> insert: where do triangles go that had no area?                    mesh_insert.c
 //                        -> graft: worn parts are built anew, the rest is kept                  mesh_graft.c
 //
 // The judgement. A ray that enters a node tests its box row, and below it what boxes it meets: the sum of areas over
@@ -17,6 +18,7 @@
 #define RAYFOLD_ACCEL_REFIT_H
 
 #include "accel/mesh_input.h"
+#include "base/array.h"
 
 #define MOST_WEAR 1.4f
 
@@ -29,6 +31,12 @@ typedef struct NodeState { // of a node of the new tree
   bool is_worn, has_worn; // it, or a part below
 } NodeState;
 
+typedef struct Newcomer { // a triangle that had no lane and now can be hit
+  uint32_t node;          // the worn part it goes to
+  uint32_t prim;
+  Bounds box;
+} Newcomer;
+
 typedef struct Refit {
   const MeshTree *old;
   MeshArrays mesh;
@@ -40,11 +48,15 @@ typedef struct Refit {
   NodeState *states;      // owned; one a node
   atomic_uchar *is_found; // owned; one a triangle of the mesh: the tree has it
   size_t found_count;
+  ARRAY(Newcomer) newcomers; // by node
   atomic_bool is_foreign; // the tree has triangles that the mesh has not
 } Refit;
 
 // The next tree. NULL on no memory or cancel.
 MeshTree *refit_run(Refit *r, Err *err);
+
+// Finds the triangles that the tree lacks, and a part for each, which counts as worn. *is_hopeless: as below.
+bool refit_insert(Refit *r, bool *is_hopeless, Err *err);
 
 // Builds the worn parts of r->tree anew and replaces it by a tree with them. *is_hopeless: it must be built as a whole.
 bool refit_graft(Refit *r, bool *is_hopeless, Err *err);
