@@ -1,6 +1,6 @@
 // What does it cost to follow moved vertices, and how good is the tree then? Not a test: a tool to run by hand.
 //
-//   tool_refit [-t THREADS] [-n REPEATS] MESH.rtm [RAYS.rays ...]
+//   tool_refit [-t THREADS] [-n REPEATS] [-w MOST_WEAR] MESH.rtm [RAYS.rays ...]
 //
 // For each way of moving the vertices, and each way to a tree of what comes of it, one line:
 //   refit,MESH,TRIANGLES,MOVED,HOW,THREADS,BEST s of wall time,BEST s of all threads' processor time,BEST Mtri/s,REBUILT
@@ -15,14 +15,16 @@
 
 #include <unistd.h>
 
-typedef enum Move { ONE, WAVE, TWIST, CRUMPLE, SPLASH, MOVE_COUNT } Move;
-static const char *const move_names[MOVE_COUNT] = {"one vertex", "wave 1 %", "twist 180", "crumple 10 %", "splash"};
+typedef enum Move { ONE, WAVE, TWIST_45, TWIST_180, CRUMPLE_2, CRUMPLE_10, SPLASH, MOVE_COUNT } Move;
+static const char *const move_names[MOVE_COUNT] = {"one vertex",  "wave 1 %",     "twist 45", "twist 180",
+                                                   "crumple 2 %", "crumple 10 %", "splash"};
 
 typedef enum How { BUILD, BOXES, REFIT, HOW_COUNT } How;
 static const char *const how_names[HOW_COUNT] = {"build", "boxes", "refit"};
 
 typedef struct Options {
   int threads, repeats;
+  float most_wear;
 } Options;
 
 // --- moving ---------------------------------------------------------------------------------------
@@ -39,23 +41,30 @@ static Extent extent_of(const MeshFile *m)
   return (Extent){b.lo, b.hi, (b.lo + b.hi) / 2, b.hi - b.lo, v3_max_lane(b.hi - b.lo)};
 }
 
+static Vec3 twisted(const Extent *e, Vec3 u, float turn)
+{
+  const float angle = turn * u[1], c = cosf(angle), s = sinf(angle);
+  return e->middle + e->largest * v3(c * u[0] + s * u[2], u[1], c * u[2] - s * u[0]);
+}
+
+// Short waves: neighbours part, and what was apart overlaps.
+static Vec3 crumple(const Extent *e, Vec3 u)
+{
+  return e->largest * v3(sinf(97 * u[1] + 61 * u[2]), sinf(83 * u[2] + 71 * u[0]), sinf(89 * u[0] + 67 * u[1]));
+}
+
 static Vec3 moved(Move move, const Extent *e, Vec3 p, uint64_t i)
 {
   const Vec3 u = (p - e->middle) / e->largest; // within -0.5 and 0.5
+  const float from = v3_length(u - v3(0.2f, 0.1f, 0.1f));
   switch (move) {
   case ONE: return i == 0 ? p + v3_all(0.01f * e->largest) : p;
-  case WAVE:
-    return p + 0.01f * e->largest * v3(sinf(20 * u[1]), sinf(20 * u[2] + 1), sinf(20 * u[0] + 2));
-  case TWIST: {
-    const float angle = PI * u[1], c = cosf(angle), s = sinf(angle);
-    return e->middle + e->largest * v3(c * u[0] + s * u[2], u[1], c * u[2] - s * u[0]);
-  }
-  case CRUMPLE: // short waves: neighbours part, and what was apart overlaps
-    return p + 0.1f * e->largest * v3(sinf(97 * u[1] + 61 * u[2]), sinf(83 * u[2] + 71 * u[0]), sinf(89 * u[0] + 67 * u[1]));
-  case SPLASH: { // the same in one place of a tenth of the extent
-    const float r = v3_length(u - v3(0.2f, 0.1f, 0.1f));
-    return r < 0.2f ? moved(CRUMPLE, e, p, i) * (1 - 5 * r) + p * (5 * r) : p;
-  }
+  case WAVE: return p + 0.01f * e->largest * v3(sinf(20 * u[1]), sinf(20 * u[2] + 1), sinf(20 * u[0] + 2));
+  case TWIST_45: return twisted(e, u, PI / 4);
+  case TWIST_180: return twisted(e, u, PI);
+  case CRUMPLE_2: return p + 0.02f * crumple(e, u);
+  case CRUMPLE_10: return p + 0.1f * crumple(e, u);
+  case SPLASH: return from < 0.2f ? p + (1 - 5 * from) * 0.1f * crumple(e, u) : p; // the same in one place
   case MOVE_COUNT: break;
   }
   return p;
@@ -73,12 +82,12 @@ static float *moved_positions(const MeshFile *m, Move move)
 
 // --- measuring ------------------------------------------------------------------------------------
 
-static MeshTree *make(How how, Refit *r)
+static MeshTree *make(How how, Refit *r, float most_wear)
 {
   const MeshArrays *m = &r->mesh;
   if (how == BUILD)
     return mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, r->jobs, NULL, NULL);
-  r->most_wear = how == BOXES ? INFINITY : MOST_WEAR;
+  r->most_wear = how == BOXES ? INFINITY : most_wear;
   return refit_run(r, NULL);
 }
 
@@ -93,7 +102,7 @@ static MeshTree *measure_tree(const MeshFile *m, const MeshTree *old, const floa
     mesh_tree_release(tree);
     r = (Refit){.old = old, .mesh = {positions, m->vertex_count, m->triangles, m->triangle_count}, .jobs = jobs};
     const double start = seconds(CLOCK_MONOTONIC), cpu_start = seconds(CLOCK_PROCESS_CPUTIME_ID);
-    tree = make(how, &r);
+    tree = make(how, &r, o->most_wear);
     const double cpu_time = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_start, time = seconds(CLOCK_MONOTONIC) - start;
     if (!tree) die("no memory", m->name);
     if (time < wall) wall = time;
@@ -131,14 +140,15 @@ static void measure_rays(const MeshFile *m, MeshTree *tree, const RayFile *rays,
 int main(int argc, char **argv)
 {
   enum { MOST_RAY_FILES = 16 };
-  Options o = {1, 5};
+  Options o = {1, 5, MOST_WEAR};
   int i;
-  while ((i = getopt(argc, argv, "t:n:")) != -1) {
+  while ((i = getopt(argc, argv, "t:n:w:")) != -1) {
     if (i == 't') o.threads = atoi(optarg);
     else if (i == 'n') o.repeats = atoi(optarg) > 0 ? atoi(optarg) : 1;
+    else if (i == 'w') o.most_wear = (float)atof(optarg);
     else return 64;
   }
-  if (optind >= argc) die("usage: [-t THREADS] [-n REPEATS] MESH.rtm [RAYS.rays ...]", argv[0]);
+  if (optind >= argc) die("usage: [-t THREADS] [-n REPEATS] [-w MOST_WEAR] MESH.rtm [RAYS.rays ...]", argv[0]);
   MeshFile m = read_mesh(argv[optind++]);
   RayFile rays[MOST_RAY_FILES];
   int ray_files = 0;

@@ -20,6 +20,9 @@
 #include "accel/mesh_input.h"
 #include "base/array.h"
 
+// Of a hall, a terrain and a sphere, twisted by 45 and 180 degrees, crumpled, and waving, this rebuilds at most 19 % of
+// the triangles where a plain refit costs rays up to 1.11 times the steps of a build, and all where it costs more. 1.2
+// rebuilds up to 43 % in the first cases and gains 2 %; 1.7 leaves trees of 1.5 times the steps.
 #define MOST_WEAR 1.4f
 
 typedef struct NodeState { // of a node of the new tree
