@@ -1,5 +1,5 @@
-// Rtm: meshes and rays as the measuring tools read them from files (bench/README.md has the formats), and the clock they
-// measure by. What goes wrong ends the program.
+// Rtm: meshes and rays as the measuring tools read them from files (bench/README.md has the formats), and the clock
+// they measure by. What goes wrong ends the program.
 
 #ifndef RAYFOLD_TESTS_RTM_H
 #define RAYFOLD_TESTS_RTM_H

@@ -3,8 +3,8 @@
 //   tool_refit [-t THREADS] [-n REPEATS] [-w MOST_WEAR] MESH.rtm [RAYS.rays ...]
 //
 // For each way of moving the vertices, and each way to a tree of what comes of it, one line:
-//   refit,MESH,TRIANGLES,MOVED,HOW,THREADS,BEST s of wall time,BEST s of all threads' processor time,BEST Mtri/s,REBUILT
-// HOW: "build" from nothing, "boxes" a refit that builds nothing anew, "refit". REBUILT: share of the triangles whose
+//   refit,MESH,TRIANGLES,MOVED,HOW,THREADS,BEST s of wall time,BEST s of all threads,BEST Mtri/s,REBUILT
+// The second time is the processor's. HOW: "build" from nothing, "boxes" a refit that builds nothing anew, "refit". REBUILT: share of the triangles whose
 // part was. For each ray file, which keeps its rays while the mesh changes, one line more:
 //   rays,MESH,MOVED,HOW,RAYS,NODES a ray,BLOCKS a ray
 

@@ -46,7 +46,7 @@ static inline Bounds corners_bounds(const Vec3 v[3])
 
 // --- blocks ---------------------------------------------------------------------------------------
 
-typedef Vec3 Four;     // here: one coordinate of four triangles
+typedef Vec3 Four; // here: one coordinate of four triangles
 typedef int32_t FourBits __attribute__((vector_size(16)));
 
 // Four triangles, a coordinate a row.
@@ -71,8 +71,10 @@ static inline void tri4_load(Tri4 *t, const MeshArrays *m, const uint32_t prim[4
     for (int i = 0; i < 4; i++) {
       p[i] = prim[i] == NO_HIT ? v3_all(NAN) : vertex_load(m, m->triangles[3 * (size_t)prim[i] + (size_t)c]);
     }
-    const Four xy01 = __builtin_shufflevector(p[0], p[1], 0, 4, 1, 5), xy23 = __builtin_shufflevector(p[2], p[3], 0, 4, 1, 5);
-    const Four z01 = __builtin_shufflevector(p[0], p[1], 2, 6, 2, 6), z23 = __builtin_shufflevector(p[2], p[3], 2, 6, 2, 6);
+    const Four xy01 = __builtin_shufflevector(p[0], p[1], 0, 4, 1, 5);
+    const Four xy23 = __builtin_shufflevector(p[2], p[3], 0, 4, 1, 5);
+    const Four z01 = __builtin_shufflevector(p[0], p[1], 2, 6, 2, 6);
+    const Four z23 = __builtin_shufflevector(p[2], p[3], 2, 6, 2, 6);
     t->v[c][0] = __builtin_shufflevector(xy01, xy23, 0, 1, 4, 5);
     t->v[c][1] = __builtin_shufflevector(xy01, xy23, 2, 3, 6, 7);
     t->v[c][2] = __builtin_shufflevector(z01, z23, 0, 1, 4, 5);
@@ -113,9 +115,11 @@ static inline void tri4_drop_hidden(Tri4 *t, const uint32_t prim[4])
   }
 }
 
+// The least of each row, as x, y and z.
 static inline Vec3 least_of_rows(const Four r[3])
 {
-  const Four xy = lanes_min(__builtin_shufflevector(r[0], r[1], 0, 1, 4, 5), __builtin_shufflevector(r[0], r[1], 2, 3, 6, 7));
+  const Four low = __builtin_shufflevector(r[0], r[1], 0, 1, 4, 5), high = __builtin_shufflevector(r[0], r[1], 2, 3, 6, 7);
+  const Four xy = lanes_min(low, high);
   const Four zz = lanes_min(r[2], __builtin_shufflevector(r[2], r[2], 2, 3, 2, 3));
   const Vec3 even = __builtin_shufflevector(xy, zz, 0, 2, 4, 4), odd = __builtin_shufflevector(xy, zz, 1, 3, 5, 5);
   const Vec3 least = lanes_min(even, odd);

@@ -1,6 +1,6 @@
-// Newcomers: see refit.h. Triangles of no area are kept out of a tree when it is built, so one that gains an area has no
-// lane. It goes down from the root to where boxes grow least (Goldsmith and Salmon 1987), and the small part where that
-// ends is built anew with it.
+// Newcomers: see refit.h. Triangles of no area are kept out of a tree when it is built, so one that gains an area has
+// no lane. It goes down from the root to where boxes grow least (Goldsmith and Salmon 1987), and the small part where
+// that ends is built anew with it.
 
 #include "accel/refit.h"
 

@@ -63,7 +63,8 @@ static bool has_same_triangles(const MeshData *a, const MeshData *b)
          !memcmp(a->triangles, b->triangles, 3 * a->triangle_count * sizeof *a->triangles);
 }
 
-// A mesh whose vertices were moved to be this one's: by its origin, or in a scene that was loaded again, by what it holds.
+// A mesh whose vertices were moved to be this one's: by its origin, or in a scene that was loaded again, by what it
+// holds.
 static int32_t find_unmoved(const WorldParts *p, const MeshData *data)
 {
   size_t step = 0;

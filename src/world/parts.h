@@ -55,8 +55,8 @@ int32_t parts_add_mesh(WorldParts *p, const WorldParts *previous, MeshData *data
 int32_t parts_add_image(WorldParts *p, const WorldParts *previous, const char *path, const uint8_t *bytes,
                         size_t size);
 
-// Builds or refits every tree and decodes every picture that is missing, on all threads. The error is that of the first picture
-// or mesh at fault, large meshes last, whichever thread met it.
+// Builds or refits every tree and decodes every picture that is missing, on all threads. The error is that of the first
+// picture or mesh at fault, large meshes last, whichever thread met it.
 bool parts_make(WorldParts *p, Jobs *jobs, const Cancel *cancel, Err *err);
 
 // Mean luminance of a picture, its integer values taken as sRGB or linear.
