@@ -66,8 +66,10 @@ static inline Vec3 vertex_load(const MeshArrays *m, uint32_t vertex)
 
 static inline void tri4_load(Tri4 *t, const MeshArrays *m, const uint32_t prim[4])
 {
+#pragma GCC unroll 3
   for (int c = 0; c < 3; c++) {
     Vec3 p[4];
+#pragma GCC unroll 4
     for (int i = 0; i < 4; i++) {
       p[i] = prim[i] == NO_HIT ? v3_all(NAN) : vertex_load(m, m->triangles[3 * (size_t)prim[i] + (size_t)c]);
     }
@@ -88,12 +90,15 @@ static inline Four four_size(Four x) { return lanes_max(x, -x); }
 static inline FourBits tri4_is_clear(const Tri4 *t)
 {
   Four broken = {0}, margin = {0}, a[3], b[3];
+#pragma GCC unroll 9
   for (int i = 0; i < 9; i++) broken += t->v[i / 3][i % 3] - t->v[i / 3][i % 3]; // infinity less infinity is NaN
+#pragma GCC unroll 3
   for (int k = 0; k < 3; k++) {
     a[k] = t->v[1][k] - t->v[0][k];
     b[k] = t->v[2][k] - t->v[0][k];
   }
   const Four least = (Four){0} + FLT_MIN;
+#pragma GCC unroll 3
   for (int k = 0; k < 3; k++) {
     const int l = k == 2 ? 0 : k + 1;
     const Four p = a[k] * b[l], q = a[l] * b[k];
@@ -137,6 +142,7 @@ static inline Bounds block_fill(Tri8 *block, const MeshArrays *m, const uint32_t
     Tri4 t;
     tri4_load(&t, m, block->prim + half);
     tri4_drop_hidden(&t, block->prim + half);
+#pragma GCC unroll 9
     for (int i = 0; i < 9; i++) {
       const Four x = t.v[i / 3][i % 3];
       memcpy(block->v[i / 3][i % 3] + half, &x, sizeof x);
