@@ -87,17 +87,24 @@ static void stir_part(const Soup *s, const MeshTree *t, Random *r)
   for (size_t i = 0; i < count; i++) swap_triangles(s, prims[i], prims[any_of(r, count)]);
 }
 
+static float size_of(const float *positions, size_t count)
+{
+  Bounds b = bounds_empty();
+  for (size_t i = 0; i < count; i++) bounds_add_point(&b, v3_load(positions + 3 * i));
+  return v3_max_lane(b.hi - b.lo);
+}
+
 static void edit(const Soup *s, const MeshTree *t, const float *at_first, Edit e, Random *r)
 {
   const size_t many = s->triangle_count, first = any_of(r, many);
-  const float factor = rnd_in(r, 0.2f, 4);
+  const float factor = rnd_in(r, 0.2f, 4), size = size_of(at_first, s->vertex_count) / 2;
   switch (e) {
-  case ONE_VERTEX: v3_store(vertex(s, any_of(r, s->vertex_count)), rnd_vec(r)); return;
+  case ONE_VERTEX: v3_store(vertex(s, any_of(r, s->vertex_count)), v3_load(at_first) + size * rnd_vec(r)); return;
   case SOME_TRIANGLES:
-    for (int i = 0; i < 5; i++) move_triangle(s, any_of(r, many), rnd_vec(r));
+    for (int i = 0; i < 5; i++) move_triangle(s, any_of(r, many), size * rnd_vec(r));
     return;
   case ALL_A_LITTLE:
-    for (size_t i = 0; i < s->vertex_count; i++) v3_store(vertex(s, i), v3_load(vertex(s, i)) + 0.01f * rnd_vec(r));
+    for (size_t i = 0; i < s->vertex_count; i++) v3_store(vertex(s, i), v3_load(vertex(s, i)) + 0.01f * size * rnd_vec(r));
     return;
   case TWIST: twist(s, rnd_in(r, -3, 3)); return;
   case SCALE:
@@ -316,14 +323,13 @@ static Soup net(size_t side)
 TEST(a_refitted_tree_answers_as_one_built_anew)
 {
   const int edits = edits_wanted() / (NASTY_COUNT + 1) + 1;
-  int in_parts = 0;
+  int in_parts = 0, hits = 0;
   for (int kind = 0; kind <= NASTY_COUNT; kind++) {
     Soup s = kind < NASTY_COUNT ? nasty_soup((Nasty)kind, 500) : net(17);
     float *at_first = mem_alloc(3 * s.vertex_count, sizeof *at_first);
     memcpy(at_first, s.positions, 3 * s.vertex_count * sizeof *at_first);
     MeshTree *tree = build_of(&s);
     Random r = {900u * (uint32_t)kind};
-    int hits = 0;
     for (int i = 0; i < edits; i++) {
       // A chain that breaks numbers goes back to the start now and then, or nothing would be left to test.
       const Edit e = is_broken(&s) && i % 3 == 0 ? AS_AT_FIRST
@@ -340,12 +346,12 @@ TEST(a_refitted_tree_answers_as_one_built_anew)
       mesh_tree_release(tree);
       tree = next;
     }
-    CHECK_MSG(hits > edits, "soup %d: only %d hits", kind, hits);
     mesh_tree_release(tree);
     mem_free(at_first);
     soup_finish(&s);
   }
-  CHECK_MSG(in_parts > edits / 2, "parts were built anew only %d times", in_parts);
+  CHECK_MSG(hits > 20 * edits, "only %d hits", hits);
+  CHECK_MSG(in_parts > edits / 4, "parts were built anew only %d times in %d", in_parts, 9 * edits);
 }
 
 TEST(triangles_come_and_go)
