@@ -104,7 +104,8 @@ static void edit(const Soup *s, const MeshTree *t, const float *at_first, Edit e
     for (int i = 0; i < 5; i++) move_triangle(s, any_of(r, many), size * rnd_vec(r));
     return;
   case ALL_A_LITTLE:
-    for (size_t i = 0; i < s->vertex_count; i++) v3_store(vertex(s, i), v3_load(vertex(s, i)) + 0.01f * size * rnd_vec(r));
+    for (size_t i = 0; i < s->vertex_count; i++)
+      v3_store(vertex(s, i), v3_load(vertex(s, i)) + 0.01f * size * rnd_vec(r));
     return;
   case TWIST: twist(s, rnd_in(r, -3, 3)); return;
   case SCALE:

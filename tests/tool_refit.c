@@ -4,8 +4,9 @@
 //
 // For each way of moving the vertices, and each way to a tree of what comes of it, one line:
 //   refit,MESH,TRIANGLES,MOVED,HOW,THREADS,BEST s of wall time,BEST s of all threads,BEST Mtri/s,REBUILT
-// The second time is the processor's. HOW: "build" from nothing, "boxes" a refit that builds nothing anew, "refit". REBUILT: share of the triangles whose
-// part was. For each ray file, which keeps its rays while the mesh changes, one line more:
+// The second time is the processor's. HOW: "build" from nothing, "boxes" a refit that builds nothing anew, "refit".
+// REBUILT: share of the triangles whose part was built anew. For each ray file, which keeps its rays while the mesh
+// changes, one line more:
 //   rays,MESH,MOVED,HOW,RAYS,NODES a ray,BLOCKS a ray
 
 #include "tests/rtm.h"

@@ -123,7 +123,8 @@ static inline void tri4_drop_hidden(Tri4 *t, const uint32_t prim[4])
 // The least of each row, as x, y and z.
 static inline Vec3 least_of_rows(const Four r[3])
 {
-  const Four low = __builtin_shufflevector(r[0], r[1], 0, 1, 4, 5), high = __builtin_shufflevector(r[0], r[1], 2, 3, 6, 7);
+  const Four low = __builtin_shufflevector(r[0], r[1], 0, 1, 4, 5);
+  const Four high = __builtin_shufflevector(r[0], r[1], 2, 3, 6, 7);
   const Four xy = lanes_min(low, high);
   const Four zz = lanes_min(r[2], __builtin_shufflevector(r[2], r[2], 2, 3, 2, 3));
   const Vec3 even = __builtin_shufflevector(xy, zz, 0, 2, 4, 4), odd = __builtin_shufflevector(xy, zz, 1, 3, 5, 5);
