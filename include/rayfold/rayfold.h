@@ -137,6 +137,11 @@ RF_API rf_object rf_add_mesh(rf_scene *s, const char *name, const rf_mesh_def *d
 RF_API rf_object rf_add(rf_scene *s, const char *shape, const char *name); // "sphere", "quad", "disk", "box"
 RF_API rf_object rf_find(const rf_scene *s, const char *name);             // zero: none
 RF_API bool rf_move(rf_scene *s, rf_object o, rf_frame frame);             // the cheap edit: no tree is rebuilt below it
+// Moves all vertices of an object's mesh: positions and normals as in rf_mesh_def, copied, as many as it was made with.
+// Its triangles, texture coordinates and material stay; every object that shows the mesh follows. Prepared with the
+// world before, its tree is refitted, which takes a fraction of building it.
+RF_API bool rf_move_vertices(rf_scene *s, rf_object o, const float *positions, const float *normals,
+                             size_t vertex_count);
 RF_API bool rf_remove(rf_scene *s, rf_object o);
 
 // --- world: the prepared scene ----------------------------------------------------------------------

@@ -35,6 +35,12 @@ typedef struct TreeOptions { // zero is a good default
 MeshTree *mesh_tree_build(const float *positions, size_t vertex_count, const uint32_t *triangles,
                           size_t triangle_count, TreeOptions options, Jobs *jobs, const Cancel *cancel,
                           Err *err);
+
+// The next tree of a mesh whose vertices moved: hits are those of a built one, made in a fourth to a seventh of the
+// time from the tree of the same triangles (same indices in the same order) at other positions. Parts that have become
+// slow to trace are built anew, and where that is most of it, the whole. `old` stays as it is.
+MeshTree *mesh_tree_refit(const MeshTree *old, const float *positions, size_t vertex_count, const uint32_t *triangles,
+                          size_t triangle_count, Jobs *jobs, const Cancel *cancel, Err *err);
 MeshTree *mesh_tree_share(MeshTree *t);
 void mesh_tree_release(MeshTree *t); // accepts NULL
 size_t mesh_tree_bytes(const MeshTree *t); // without the mesh's own arrays

@@ -3,6 +3,7 @@
 
 #include "accel/build.h"
 #include "accel/compact.h"
+#include "accel/mesh_input.h"
 #include "base/mem.h"
 
 enum { CHUNK = 1 << 14 };
@@ -11,43 +12,22 @@ enum { CHUNK = 1 << 14 };
 #define MOST_TRIANGLES ((size_t)LEAF_BIT - 2)
 
 typedef struct MeshInput {
-  const float *positions;
-  size_t vertex_count;
-  const uint32_t *triangles;
-  size_t triangle_count;
+  MeshArrays mesh;
   Build *build;
   size_t *kept; // one a chunk
   MeshTree *tree;
 } MeshInput;
-
-// The corners of a triangle; false for one that nothing can hit: of no area, not finite, or with a bad index.
-static bool triangle_corners(const MeshInput *in, size_t i, Vec3 v[3])
-{
-  for (int c = 0; c < 3; c++) {
-    const uint32_t vertex = in->triangles[3 * i + c];
-    if (vertex >= in->vertex_count) return false;
-    v[c] = v3_load(in->positions + 3 * (size_t)vertex);
-    if (!v3_is_finite(v[c])) return false;
-  }
-  double area = 0;
-  for (int k = 0; k < 3; k++) {
-    const int l = k == 2 ? 0 : k + 1;
-    area += fabs(((double)v[1][k] - v[0][k]) * ((double)v[2][l] - v[0][l]) -
-                 ((double)v[1][l] - v[0][l]) * ((double)v[2][k] - v[0][k]));
-  }
-  return area > 0;
-}
 
 static void gather_chunk(void *user, size_t chunk, int worker)
 {
   (void)worker;
   const MeshInput *in = user;
   BuildRef *out = in->build->refs + chunk * CHUNK;
-  const size_t end = (chunk + 1) * CHUNK < in->triangle_count ? (chunk + 1) * CHUNK : in->triangle_count;
+  const size_t end = (chunk + 1) * CHUNK < in->mesh.triangle_count ? (chunk + 1) * CHUNK : in->mesh.triangle_count;
   for (size_t i = chunk * CHUNK; i < end; i++) {
     Vec3 v[3];
-    if (!triangle_corners(in, i, v)) continue;
-    const Bounds box = {lanes_min(lanes_min(v[0], v[1]), v[2]), lanes_max(lanes_max(v[0], v[1]), v[2])};
+    if (!triangle_corners(&in->mesh, i, v)) continue;
+    const Bounds box = corners_bounds(v);
     *out++ = ref_of(&box, (uint32_t)i);
   }
   in->kept[chunk] = (size_t)(out - (in->build->refs + chunk * CHUNK));
@@ -57,7 +37,7 @@ static void gather_chunk(void *user, size_t chunk, int worker)
 static bool gather(MeshInput *in, Err *err)
 {
   Build *b = in->build;
-  const size_t chunks = (in->triangle_count + CHUNK - 1) / CHUNK;
+  const size_t chunks = (in->mesh.triangle_count + CHUNK - 1) / CHUNK;
   if (chunks == 0) return true;
   in->kept = mem_alloc(chunks, sizeof *in->kept);
   if (!in->kept) return err_memory(err, "building a tree", chunks * sizeof *in->kept);
@@ -75,15 +55,9 @@ static bool gather(MeshInput *in, Err *err)
 static uint32_t emit_block(void *user, size_t leaf_i, const uint32_t *prims, uint32_t count)
 {
   const MeshInput *in = user;
-  Tri8 *block = &in->tree->blocks[leaf_i];
-  for (uint32_t lane = 0; lane < 8; lane++) {
-    Vec3 v[3] = {v3_all(NAN), v3_all(NAN), v3_all(NAN)};
-    block->prim[lane] = lane < count ? prims[lane] : NO_HIT;
-    if (lane < count) triangle_corners(in, block->prim[lane], v);
-    for (int c = 0; c < 3; c++) {
-      for (int k = 0; k < 3; k++) block->v[c][k][lane] = v[c][k];
-    }
-  }
+  uint32_t prim[8];
+  for (uint32_t lane = 0; lane < 8; lane++) prim[lane] = lane < count ? prims[lane] : NO_HIT;
+  block_fill(&in->tree->blocks[leaf_i], &in->mesh, prim);
   return (uint32_t)leaf_i;
 }
 
@@ -112,8 +86,8 @@ static bool fill_compact(MeshInput *in, Err *err)
 {
   MeshTree *t = in->tree;
   Node8 *nodes = NULL;
-  t->positions = in->positions;
-  t->triangles = in->triangles;
+  t->positions = in->mesh.positions;
+  t->triangles = in->mesh.triangles;
   if (t->block_count) t->compact_leaves = mem_alloc(t->block_count, sizeof *t->compact_leaves);
   if (t->node_count) t->compact_nodes = mem_alloc(t->node_count, sizeof *t->compact_nodes);
   if (t->node_count) nodes = mem_alloc(t->node_count, sizeof *nodes);
@@ -130,7 +104,7 @@ static bool fill_compact(MeshInput *in, Err *err)
 static bool fill_tree(MeshInput *in, Err *err)
 {
   Build *b = in->build;
-  if (!build_init(b, in->triangle_count, err) || !gather(in, err) || !build_split(b, err)) return false;
+  if (!build_init(b, in->mesh.triangle_count, err) || !gather(in, err) || !build_split(b, err)) return false;
   MeshTree *t = in->tree;
   t->bounds = b->bounds;
   t->triangle_count = b->count;
@@ -156,7 +130,7 @@ MeshTree *mesh_tree_build(const float *positions, size_t vertex_count, const uin
   atomic_init(&t->users, 1);
   t->layout = options.layout;
   Build b = {.jobs = jobs, .cancel = cancel};
-  MeshInput in = {positions, vertex_count, triangles, triangle_count, &b, NULL, t};
+  MeshInput in = {{positions, vertex_count, triangles, triangle_count}, &b, NULL, t};
   const bool ok = fill_tree(&in, err);
   build_finish(&b);
   if (ok) return t;

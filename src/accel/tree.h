@@ -1,11 +1,12 @@
 // Tree: the layout of both levels in memory, for builders and for hot code.
 //
-//   Node8 (256 bytes)  | lo x[8] | hi x[8] | lo y[8] | hi y[8] | lo z[8] | hi z[8] | child[8] | count[8] |  ...  |
-//                        box rows of eight children, one lane each                             leaf sizes  spare
+//   Node8 (256 bytes)  | lo x[8] | hi x[8] | lo y[8] | hi y[8] | lo z[8] | hi z[8] | child[8] | count[8] | cost | ... |
+//                        box rows of eight children, one lane each                             leaf sizes
 //
 // A child is a node's index, or LEAF_BIT and what the leaf holds: a Tri8 block in a mesh's tree, an instance in the
 // upper one. Lanes not used have lo = +inf, hi = -inf, which no ray enters. A parent's box of a child is the exact
-// union of what lies below it, so that boxes are nested without a gap.
+// union of what lies below it, so that boxes are nested without a gap. A triangle of a refitted tree that nothing can
+// hit any more keeps its lane, with NaN for vertices; a box with no others below is empty.
 //
 // A compact tree has a CompactNode for each Node8 and a CompactLeaf for each block, with the same child codes, and
 // leaves the vertices where the mesh has them. accel/compact.h turns one into the other. Leaves with the corners'
@@ -38,7 +39,8 @@ typedef struct Node8 {
   float box[6][8];
   uint32_t child[8];
   uint8_t count[8]; // of a leaf: its primitives; of a node: 0
-  uint8_t spare[24];
+  float cost;       // tests a ray that enters may expect, when built; 0: as the boxes say now (accel/refit.h)
+  uint8_t spare[20];
 } Node8;
 _Static_assert(sizeof(Node8) == 256, "four cache lines");
 
@@ -61,7 +63,7 @@ struct MeshTree {
   atomic_int users;
   TreeLayout layout;
   uint32_t root; // child code
-  // Of TREE_FLOAT, else NULL; owned. Each block has at least one triangle.
+  // Of TREE_FLOAT, else NULL; owned. Each block has at least one triangle, though perhaps not to be hit.
   Node8 *nodes;
   Tri8 *blocks;
   // Of TREE_COMPACT, else NULL; owned, but for the mesh's own arrays, which the tree's caller keeps.

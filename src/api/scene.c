@@ -315,6 +315,40 @@ bool rf_move(rf_scene *s, rf_object o, rf_frame f)
   return true;
 }
 
+// Names the first that is not finite.
+static bool vectors_are_finite(const float *x, size_t count, const char *what)
+{
+  for (size_t i = 0; x && i < count; i++)
+    if (!isfinite(x[3 * i]) || !isfinite(x[3 * i + 1]) || !isfinite(x[3 * i + 2]))
+      return api_bad_argument("rf_move_vertices", "%s %zu is (%g, %g, %g); all must be finite", what, i,
+                              (double)x[3 * i], (double)x[3 * i + 1], (double)x[3 * i + 2]);
+  return true;
+}
+
+bool rf_move_vertices(rf_scene *s, rf_object o, const float *positions, const float *normals, size_t vertex_count)
+{
+  const Object *object = find_object(s, o.id);
+  if (!object) return api_bad_argument("rf_move_vertices", "no object with id %u in this scene", o.id);
+  if (!positions) return api_bad_argument("rf_move_vertices", "positions must not be NULL");
+  const Shape *shape = &object->shape;
+  if (shape->kind != SHAPE_MESH || shape->mesh_i < 0)
+    return api_bad_argument("rf_move_vertices", "object %u has no mesh of its own; only one made by rf_add_mesh(), or "
+                                                "of a model that is the scene, has vertices to move", o.id);
+  Mesh *mesh = &s->scene->meshes.items[shape->mesh_i];
+  if (vertex_count != mesh->data->vertex_count)
+    return api_bad_argument("rf_move_vertices", "the mesh has %zu vertices, but %zu are given; it keeps their number",
+                            mesh->data->vertex_count, vertex_count);
+  if (!vectors_are_finite(positions, vertex_count, "position") || !vectors_are_finite(normals, vertex_count, "normal"))
+    return false;
+  Err err = {0};
+  MeshData *moved = mesh_data_move(mesh->data, positions, normals);
+  if (!moved) err_memory(&err, "moved vertices", 12ull * vertex_count);
+  if (!api_fail(&err)) return false;
+  mesh_data_release(mesh->data);
+  mesh->data = moved;
+  return true;
+}
+
 bool rf_remove(rf_scene *s, rf_object o)
 {
   Object *object = find_object(s, o.id);

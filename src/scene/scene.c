@@ -28,13 +28,43 @@ void mesh_data_release(MeshData *m)
   if (!m || atomic_fetch_sub_explicit(&m->users, 1, memory_order_acq_rel) != 1) return;
   mem_free(m->positions);
   mem_free(m->normals);
-  mem_free(m->texcoords[0]);
-  mem_free(m->texcoords[1]);
-  mem_free(m->colors);
-  mem_free(m->tangents);
-  mem_free(m->triangles);
-  mem_free(m->material_slots);
+  if (m->base) {
+    mesh_data_release(m->base);
+  } else {
+    mem_free(m->texcoords[0]);
+    mem_free(m->texcoords[1]);
+    mem_free(m->colors);
+    mem_free(m->tangents);
+    mem_free(m->triangles);
+    mem_free(m->material_slots);
+  }
   mem_free(m);
+}
+
+static float *copy_vectors(const float *from, size_t count)
+{
+  float *to = from ? mem_alloc(count, 3 * sizeof *to) : NULL;
+  if (to) memcpy(to, from, count * 3 * sizeof *to);
+  return to;
+}
+
+MeshData *mesh_data_move(MeshData *m, const float *positions, const float *normals)
+{
+  MeshData *moved = mesh_data_create();
+  if (!moved) return NULL;
+  const MeshData *base = moved->base = mesh_data_share(m->base ? m->base : m);
+  moved->vertex_count = base->vertex_count;
+  moved->triangle_count = base->triangle_count;
+  for (int i = 0; i < 2; i++) moved->texcoords[i] = base->texcoords[i];
+  moved->colors = base->colors;
+  moved->triangles = base->triangles;
+  moved->material_slots = base->material_slots;
+  // Tangents would be those of the old surface; without, they follow from positions and texture coordinates.
+  moved->positions = copy_vectors(positions, m->vertex_count);
+  moved->normals = copy_vectors(normals, m->vertex_count);
+  if (moved->positions && (moved->normals || !normals)) return moved;
+  mesh_data_release(moved);
+  return NULL;
 }
 
 static bool all_finite(const float *x, size_t count)

@@ -219,7 +219,8 @@ typedef struct Material {
 
 // --- meshes: bulk data --------------------------------------------------------------------------
 // Immutable once it is in a scene; counted, so that scenes and worlds share it. All arrays owned (mem_alloc),
-// any but positions and triangles may be NULL.
+// any but positions and triangles may be NULL. Moved vertices make another one, which owns what moved and has the rest
+// from its base.
 typedef struct MeshData {
   atomic_int users;
   size_t vertex_count, triangle_count;
@@ -230,11 +231,17 @@ typedef struct MeshData {
   float *tangents;            // 4 a vertex: unit tangent and the bitangent's sign
   uint32_t *triangles;        // 3 vertex indices a triangle, counter-clockwise seen from outside
   uint16_t *material_slots;   // one a triangle: index into the Mesh's slots; NULL: all slot 0
+  struct MeshData *base;      // shared; owns all arrays but positions and normals, and has no base; NULL: all are owned
 } MeshData;
 
 MeshData *mesh_data_create(void); // users = 1, empty; NULL when memory is out
 MeshData *mesh_data_share(MeshData *m);
 void mesh_data_release(MeshData *m); // accepts NULL; frees at the last user
+// The same triangles at other positions, which must be finite and as many. normals may be NULL: flat. The result keeps
+// the first positions alive, too, but all others along the way may go. NULL when memory is out.
+MeshData *mesh_data_move(MeshData *m, const float *positions, const float *normals);
+// Equal for all that come from one by moving its vertices.
+static inline const MeshData *mesh_data_origin(const MeshData *m) { return m->base ? m->base : m; }
 // Indices in range, finite positions; reports the first fault with its place. Drops normals that are not finite.
 bool mesh_data_check(MeshData *m, const char *name, Notes *notes, Err *err);
 

@@ -23,12 +23,14 @@ void parts_finish(WorldParts *p)
   for (size_t i = 0; i < p->meshes.count; i++) {
     mesh_data_release(p->meshes.items[i].data);
     mesh_tree_release(p->meshes.items[i].tree);
+    mesh_tree_release(p->meshes.items[i].old);
   }
   for (size_t i = 0; i < p->images.count; i++) image_part_release(p->images.items[i]);
   array_finish(&p->meshes);
   array_finish(&p->images);
   array_finish(&p->seen);
   table_finish(&p->meshes_found);
+  table_finish(&p->meshes_alike);
   table_finish(&p->images_found);
   table_finish(&p->seen_found);
   mesh_data_release(p->unit_box);
@@ -41,22 +43,63 @@ static MeshTree *share_tree(const WorldParts *p, const WorldParts *previous, int
   const bool is_alike = mesh_i >= 0 && previous->tree_options.layout == p->tree_options.layout;
   return is_alike ? mesh_tree_share(previous->meshes.items[mesh_i].tree) : NULL;
 }
+static uint64_t origin_key(const MeshData *data) { return (uintptr_t)mesh_data_origin(data); }
 
 static int32_t find_mesh(const WorldParts *p, const MeshData *data)
 {
   size_t step = 0;
-  for (const int32_t *i; p && (i = table_next(&p->meshes_found, (uintptr_t)data, &step));)
+  for (const int32_t *i; p && (i = table_next(&p->meshes_found, origin_key(data), &step));)
     if (p->meshes.items[*i].data == data) return *i;
   return -1;
 }
 
+// Tells most meshes apart by a few triangles of either end.
+static uint64_t triangles_key(const MeshData *m)
+{
+  enum { LOOKED_AT = 16 };
+  const size_t counts[2] = {m->vertex_count, m->triangle_count};
+  const size_t n = m->triangle_count < LOOKED_AT ? m->triangle_count : LOOKED_AT, size = 3 * n * sizeof *m->triangles;
+  const uint64_t ends = hash_bytes(hash_bytes(3, counts, sizeof counts), m->triangles, size);
+  return hash_bytes(ends, m->triangles + 3 * (m->triangle_count - n), size);
+}
+
+static bool has_same_triangles(const MeshData *a, const MeshData *b)
+{
+  return a->vertex_count == b->vertex_count && a->triangle_count == b->triangle_count &&
+         !memcmp(a->triangles, b->triangles, 3 * a->triangle_count * sizeof *a->triangles);
+}
+
+// A mesh whose vertices were moved to be this one's: by its origin, or in a scene that was loaded again, by what it
+// holds.
+static int32_t find_unmoved(const WorldParts *p, const MeshData *data)
+{
+  size_t step = 0;
+  const int32_t *i = p ? table_next(&p->meshes_found, origin_key(data), &step) : NULL;
+  if (i || !p) return i ? *i : -1;
+  step = 0;
+  i = table_next(&p->meshes_alike, triangles_key(data), &step);
+  return i && has_same_triangles(p->meshes.items[*i].data, data) ? *i : -1;
+}
+
+// The first of a kind will do: thousands of copies would make the table slow.
+static bool remember_triangles(WorldParts *p, const MeshData *data, int32_t mesh_i)
+{
+  size_t step = 0;
+  const uint64_t key = triangles_key(data);
+  return table_next(&p->meshes_alike, key, &step) || table_add(&p->meshes_alike, key, mesh_i);
+}
+
 int32_t parts_add_mesh(WorldParts *p, const WorldParts *previous, MeshData *data)
 {
-  const int32_t known = find_mesh(p, data), old = find_mesh(previous, data), next = (int32_t)p->meshes.count;
+  const int32_t known = find_mesh(p, data), next = (int32_t)p->meshes.count;
   if (known >= 0) return known;
-  if (!array_reserve(&p->meshes, p->meshes.count + 1) || !table_add(&p->meshes_found, (uintptr_t)data, next))
+  if (!array_reserve(&p->meshes, p->meshes.count + 1) || !table_add(&p->meshes_found, origin_key(data), next) ||
+      !remember_triangles(p, data, next))
     return -1;
-  const MeshPart part = {mesh_data_share(data), share_tree(p, previous, old)};
+  MeshPart part = {.data = mesh_data_share(data)};
+  const int32_t same = find_mesh(previous, data), unmoved = same >= 0 ? -1 : find_unmoved(previous, data);
+  if (same >= 0) part.tree = share_tree(p, previous, same);
+  if (unmoved >= 0) part.old = share_tree(p, previous, unmoved);
   array_push(&p->meshes, part);
   return next;
 }
@@ -162,8 +205,12 @@ static void build_tree(const WorldParts *p, MeshPart *part, Jobs *jobs, const Ca
 {
   const MeshData *m = part->data;
   if (part->tree) return;
-  part->tree = mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, p->tree_options,
-                               jobs, cancel, err);
+  part->tree = part->old ? mesh_tree_refit(part->old, m->positions, m->vertex_count, m->triangles, m->triangle_count,
+                                           jobs, cancel, err)
+                         : mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count,
+                                           p->tree_options, jobs, cancel, err);
+  mesh_tree_release(part->old); // so that it goes with the last world that shows it
+  part->old = NULL;
 }
 
 static void make_item(void *user, size_t item, int worker)

@@ -15,6 +15,7 @@
 typedef struct MeshPart {
   MeshData *data; // shared
   MeshTree *tree; // shared; NULL until built. A compact one reads the data's arrays, so the two go together
+  MeshTree *old;  // shared; of the same triangles in the world before, to be followed by this one's; NULL: none
 } MeshPart;
 
 typedef struct ImagePart {
@@ -38,7 +39,8 @@ typedef struct WorldParts { // what a World's parts member points to
   ARRAY(MeshPart) meshes;
   ARRAY(ImagePart *) images;
   ARRAY(SeenBytes) seen;
-  Table meshes_found; // address of the data -> mesh
+  Table meshes_found; // address of the data's origin -> mesh
+  Table meshes_alike; // hash of counts and of some triangles -> mesh
   Table images_found; // key -> image
   Table seen_found;   // address of the bytes -> seen
   MeshData *unit_box; // shared by all worlds of one line
@@ -46,15 +48,16 @@ typedef struct WorldParts { // what a World's parts member points to
 
 void parts_finish(WorldParts *p); // accepts zero
 
-// The index of the part for this data; taken over from `previous` (may be NULL) if that has it. -1: no memory.
+// The index of the part for this data; taken over from `previous` (may be NULL) if that has it. If that has the same
+// triangles with their vertices elsewhere, its tree is where this one's starts from. -1: no memory.
 int32_t parts_add_mesh(WorldParts *p, const WorldParts *previous, MeshData *data);
 
 // The index of the part for a picture file, or for bytes in memory (path NULL). -1: no memory.
 int32_t parts_add_image(WorldParts *p, const WorldParts *previous, const char *path, const uint8_t *bytes,
                         size_t size);
 
-// Builds every tree and decodes every picture that is missing, on all threads. The error is that of the first picture
-// or mesh at fault, large meshes last, whichever thread met it.
+// Builds or refits every tree and decodes every picture that is missing, on all threads. The error is that of the first
+// picture or mesh at fault, large meshes last, whichever thread met it.
 bool parts_make(WorldParts *p, Jobs *jobs, const Cancel *cancel, Err *err);
 
 // Mean luminance of a picture, its integer values taken as sRGB or linear.
