@@ -65,9 +65,9 @@ static inline Soup nasty_soup(Nasty kind, size_t count)
   return s;
 }
 
-static inline Accel *accel_of(const Soup *s, bool many)
+static inline Accel *accel_of(const Soup *s, bool many, TreeQuality quality)
 {
-  MeshTree *tree = mesh_tree_build(s->positions, s->vertex_count, s->triangles, s->triangle_count, NULL, NULL, NULL);
+  MeshTree *tree = mesh_tree_build(s->positions, s->vertex_count, s->triangles, s->triangle_count, quality, NULL, NULL, NULL);
   CHECK(tree != NULL);
   Instance instances[12] = {0};
   Random r = {77};

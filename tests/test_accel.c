@@ -8,29 +8,122 @@
 #include "geom/offset.h"
 #include "geom/surface.h"
 
-// G2, G3: same primitive, t, u, v to the last bit; any-hit says the same.
-TEST(the_tree_equals_brute_force)
+static bool hits_equal(const Hit *a, const Hit *b)
+{
+  return a->instance == b->instance && a->prim == b->prim && !memcmp(&a->t, &b->t, 4) && !memcmp(&a->u, &b->u, 4) &&
+         !memcmp(&a->v, &b->v, 4);
+}
+
+// Same primitive, t, u, v to the last bit; any-hit says the same. *is_hit: what testing everything says.
+static bool tree_is_right(const Accel *a, const Ray *ray, bool *is_hit)
+{
+  RayCounters c = {0};
+  Hit tree, brute;
+  const bool hit = accel_closest(a, ray, RAY_ALL, NULL, NULL, &c, &tree);
+  const bool any = accel_any(a, ray, RAY_ALL, NULL, NULL, &c);
+  *is_hit = accel_closest_brute(a, ray, RAY_ALL, NULL, NULL, &c, &brute);
+  return hit == *is_hit && any == *is_hit && (!hit || hits_equal(&tree, &brute));
+}
+
+// G2, G3.
+static void check_against_brute_force(TreeQuality quality)
 {
   for (int kind = 0; kind < 2 * NASTY_COUNT; kind++) {
     const bool many = kind >= NASTY_COUNT;
     Soup s = nasty_soup((Nasty)(kind % NASTY_COUNT), many ? 150 : 600);
-    Accel *a = accel_of(&s, many);
+    Accel *a = accel_of(&s, many, quality);
     Random r = {5u + (uint32_t)kind};
     int hits = 0, wrong = 0;
     for (int i = 0; i < 4000; i++) {
-      RayCounters c = {0};
       const Ray ray = nasty_ray(a, &s, &r, i);
-      Hit tree, brute;
-      const bool hit = accel_closest(a, &ray, RAY_ALL, NULL, NULL, &c, &tree);
-      const bool expected = accel_closest_brute(a, &ray, RAY_ALL, NULL, NULL, &c, &brute);
-      const bool any = accel_any(a, &ray, RAY_ALL, NULL, NULL, &c);
-      wrong += hit != expected || any != expected;
-      wrong += expected && (tree.instance != brute.instance || tree.prim != brute.prim || memcmp(&tree.t, &brute.t, 4) ||
-                            memcmp(&tree.u, &brute.u, 4) || memcmp(&tree.v, &brute.v, 4));
-      hits += expected;
+      bool is_hit;
+      wrong += !tree_is_right(a, &ray, &is_hit);
+      hits += is_hit;
     }
-    CHECK_MSG(wrong == 0, "scene %d: %d of %d hits differ", kind, wrong, hits);
+    CHECK_MSG(wrong == 0, "quality %d, scene %d: %d of %d hits differ", quality, kind, wrong, hits);
     if (kind != TINY + NASTY_COUNT) CHECK_MSG(hits > 20, "scene %d: only %d hits", kind, hits);
+    accel_destroy(a);
+    soup_finish(&s);
+  }
+}
+
+TEST(the_tree_equals_brute_force) { check_against_brute_force(TREE_FAST); }
+TEST(a_tree_of_pieces_equals_brute_force) { check_against_brute_force(TREE_BEST); }
+
+// Long thin triangles in pairs that share a diagonal, across each other and through a floor of two large ones, among
+// small things; all of it away from the origin by so much.
+static Soup boards(size_t count, size_t small_count, Vec3 away)
+{
+  Soup s = soup_create(2 * count + small_count);
+  Random r = {99};
+  for (size_t i = 2 * count; i < s.triangle_count; i++) {
+    const Vec3 middle = away + rnd_vec(&r);
+    for (size_t k = 0; k < 3; k++) v3_store(s.positions + 9 * i + 3 * k, middle + 0.03f * rnd_vec(&r));
+  }
+  for (size_t i = 0; i < count; i++) {
+    const bool is_floor = i == 0;
+    const Vec3 middle = away + (is_floor ? v3_all(0) : rnd_vec(&r));
+    const Vec3 along = is_floor ? v3(2, 2, 0) : v3(rnd_in(&r, 0.5f, 1), rnd_in(&r, 0.5f, 1), rnd_in(&r, -0.5f, 0.5f));
+    const Vec3 across = is_floor ? v3(2, -2, 0) : 0.01f * rnd_vec(&r);
+    const Vec3 corners[4] = {middle - along - across, middle + along - across, middle + along + across,
+                             middle - along + across};
+    const int order[6] = {0, 1, 2, 0, 2, 3};
+    for (size_t k = 0; k < 6; k++) v3_store(s.positions + 18 * i + 3 * k, corners[order[k]]);
+  }
+  return s;
+}
+
+static size_t lanes_used(const MeshTree *t)
+{
+  size_t count = 0;
+  for (size_t i = 0; i < 8 * t->block_count; i++) count += t->blocks[i / 8].prim[i % 8] != NO_HIT;
+  return count;
+}
+
+// Points where mistakes with pieces would show: on the planes of the nodes' boxes, on edges, at corners.
+static Vec3 delicate_point(const Soup *s, const MeshTree *t, Random *r, int i)
+{
+  const size_t at = 3 * (size_t)(hash_u32(r->state++) % s->triangle_count);
+  const Vec3 p = v3_load(s->positions + 3 * at), q = v3_load(s->positions + 3 * at + 3);
+  const Vec3 o = v3_load(s->positions + 3 * at + 6);
+  const float x = rnd(r);
+  switch (i % 4) {
+  case 0: return v3_mix(p, q, x);
+  case 1: return v3_mix(q, o, x);
+  case 2: return p;
+  default: break;
+  }
+  const Node8 *n = &t->nodes[hash_u32(r->state++) % t->node_count];
+  const int lane = (int)(hash_u32(r->state++) & 7), axis = (int)(hash_u32(r->state++) % 3);
+  const float plane = n->box[2 * axis + (int)(hash_u32(r->state++) & 1)][lane];
+  Vec3 on = v3_mix(p, q, (plane - p[axis]) / (q[axis] - p[axis]));
+  on[axis] = plane;
+  return v3_is_finite(on) ? on : v3_mix(v3_mix(p, q, x), o, rnd(r));
+}
+
+TEST(pieces_lose_no_hit_at_their_planes_and_from_afar)
+{
+  const Vec3 away[] = {v3_all(0), v3(1000, -300, 70), v3(-3e5f, 2e5f, 1e5f)};
+  for (int k = 0; k < 3; k++) {
+    Soup s = boards(40, 500, away[k]);
+    Accel *a = accel_of(&s, false, TREE_BEST);
+    const MeshTree *t = accel_instances(a)[0].mesh;
+    if (k < 2) CHECK(t->has_pieces && lanes_used(t) > s.triangle_count); // the last has margins as wide as boards
+    Random r = {3u + (uint32_t)k};
+    int hits = 0, wrong = 0;
+    for (int i = 0; i < 35000; i++) {
+      const Vec3 to = delicate_point(&s, t, &r, i);
+      const float distance = i % 3 ? 1 : powf(10, rnd_in(&r, 0, 6));
+      Vec3 d = rnd_vec(&r);
+      if (i % 5 == 0) d[i % 3] = 0;
+      if (i % 17 == 0) d[(i + 1) % 3] = 0;
+      if (i % 23 == 0) d *= v3(1e-6f, 1, 1e-3f);
+      const Ray ray = {to - distance * d, d, 0, INFINITY};
+      bool is_hit;
+      wrong += !tree_is_right(a, &ray, &is_hit);
+      hits += is_hit;
+    }
+    CHECK_MSG(wrong == 0 && hits > 10000, "%d: %d of %d hits differ", k, wrong, hits);
     accel_destroy(a);
     soup_finish(&s);
   }
@@ -59,14 +152,14 @@ static Soup ball(int around, int down, float radius, Vec3 centre)
 }
 
 // G1: rays from inside at vertices and points of edges never escape, at any scale and far from the origin.
-TEST(a_closed_mesh_has_no_holes)
+static void check_for_holes(TreeQuality quality)
 {
   const Vec3 centres[] = {v3(0, 0, 0), v3(1000, 37, -2000), v3(148376, 1234, -223423)};
   const float radii[] = {2, 2, 2, 1e-6f, 1e6f};
   for (int k = 0; k < 5; k++) {
     const Vec3 centre = k < 3 ? centres[k] : v3_all(0);
     Soup s = ball(100, 50, radii[k], centre);
-    Accel *a = accel_of(&s, false);
+    Accel *a = accel_of(&s, false, quality);
     Random r = {31u + (uint32_t)k};
     int missed = 0;
     for (int i = 0; i < 40000; i++) {
@@ -84,11 +177,17 @@ TEST(a_closed_mesh_has_no_holes)
   }
 }
 
+TEST(a_closed_mesh_has_no_holes)
+{
+  check_for_holes(TREE_FAST);
+  check_for_holes(TREE_BEST);
+}
+
 // G8: a broken ray hits nothing, and soon.
 TEST(broken_rays_hit_nothing)
 {
   Soup s = nasty_soup(RANDOM, 500);
-  Accel *a = accel_of(&s, true);
+  Accel *a = accel_of(&s, true, TREE_FAST);
   const float odd[] = {NAN, INFINITY, -INFINITY, 0};
   for (int i = 0; i < 4; i++)
     for (int k = 0; k < 7; k++) {
@@ -107,30 +206,42 @@ TEST(broken_rays_hit_nothing)
   soup_finish(&s);
 }
 
-TEST(threads_build_the_same_tree_and_failures_are_clean)
+static MeshTree *tree_of(const Soup *s, size_t triangle_count, TreeQuality quality, Jobs *jobs, Err *err)
 {
-  Soup s = nasty_soup(RANDOM, 20000);
+  return mesh_tree_build(s->positions, s->vertex_count, s->triangles, triangle_count, quality, jobs, NULL, err);
+}
+
+static void check_threads_and_failures(TreeQuality quality)
+{
+  Soup s = boards(20, 20000, v3_all(0));
   Jobs *jobs = jobs_create(3, NULL);
-  MeshTree *one = mesh_tree_build(s.positions, s.vertex_count, s.triangles, s.triangle_count, NULL, NULL, NULL);
-  MeshTree *three = mesh_tree_build(s.positions, s.vertex_count, s.triangles, s.triangle_count, jobs, NULL, NULL);
+  MeshTree *one = tree_of(&s, s.triangle_count, quality, NULL, NULL);
+  MeshTree *three = tree_of(&s, s.triangle_count, quality, jobs, NULL);
   CHECK(one && three && one->node_count == three->node_count && one->block_count == three->block_count);
+  CHECK(one->has_pieces == (quality == TREE_BEST) && three->has_pieces == one->has_pieces);
   CHECK(!memcmp(one->nodes, three->nodes, one->node_count * sizeof *one->nodes));
   mesh_tree_release(one);
   mesh_tree_release(three);
   for (long n = 1; n < 200; n++) {
     Err err = {0};
     mem_fail_after(n);
-    MeshTree *t = mesh_tree_build(s.positions, s.vertex_count, s.triangles, 300, NULL, NULL, &err);
+    MeshTree *t = tree_of(&s, 300, quality, NULL, &err);
     mem_fail_after(0);
     mesh_tree_release(t);
     if (t) break;
     CHECK(err.kind == ERR_NO_MEMORY);
   }
-  MeshTree *empty = mesh_tree_build(s.positions, s.vertex_count, s.triangles, 0, NULL, NULL, NULL);
+  MeshTree *empty = tree_of(&s, 0, quality, NULL, NULL);
   CHECK(empty != NULL);
   mesh_tree_release(empty);
   jobs_destroy(jobs);
   soup_finish(&s);
+}
+
+TEST(threads_build_the_same_tree_and_failures_are_clean)
+{
+  check_threads_and_failures(TREE_FAST);
+  check_threads_and_failures(TREE_BEST);
 }
 
 TEST_MAIN

@@ -89,13 +89,13 @@ static int ask_all(Asked *q, const Accel *a, size_t count, RayMask mask, HitFilt
 }
 
 // G2, G3
-TEST(batches_equal_brute_force)
+static void check_against_brute_force(TreeQuality quality)
 {
   Asked *q = malloc(sizeof *q);
   for (int kind = 0; kind < 2 * NASTY_COUNT; kind++) {
     const bool many = kind >= NASTY_COUNT;
     Soup s = nasty_soup((Nasty)(kind % NASTY_COUNT), many ? 60 : 400);
-    Accel *a = accel_of(&s, many);
+    Accel *a = accel_of(&s, many, quality);
     for (int bundle = 0; bundle < BUNDLE_COUNT; bundle++) {
       Random r = {5u + (uint32_t)kind};
       for (int i = 0; i < MOST_RAYS; i++) {
@@ -113,11 +113,17 @@ TEST(batches_equal_brute_force)
   free(q);
 }
 
+TEST(batches_equal_brute_force)
+{
+  check_against_brute_force(TREE_FAST);
+  check_against_brute_force(TREE_BEST);
+}
+
 TEST(any_number_of_rays_filters_and_masks)
 {
   Asked *q = malloc(sizeof *q);
   Soup s = nasty_soup(RANDOM, 300);
-  Accel *a = accel_of(&s, true);
+  Accel *a = accel_of(&s, true, TREE_FAST);
   for (size_t i = 0; i < a->instance_count; i++) {
     a->instances[i].mask = (uint8_t)(i % 3 ? RAY_ALL : RAY_CAMERA);
     a->instances[i].has_filter = i % 2;

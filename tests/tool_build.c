@@ -1,6 +1,6 @@
 // How fast is a mesh's tree built, and how good is it? Not a test: a tool to run by hand.
 //
-//   tool_build [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]
+//   tool_build [-t THREADS] [-n REPEATS] [-q fast|best] [-i LEVEL] MESH.rtm [RAYS.rays ...]
 //
 // For the mesh one line, times being wall time, bytes a triangle kept by the tree and at most during the build:
 //   build,rayfold,MESH,TRIANGLES,QUALITY,THREADS,BEST s,MEDIAN s,BEST Mtri/s,MEDIAN Mtri/s,KEPT,PEAK,NODE SAH,LEAF SAH
@@ -39,8 +39,11 @@ typedef struct RayFile {
   } *hits;
 } RayFile;
 
+static const char *const quality_names[] = {"fast", "best"};
+
 typedef struct Options {
   int threads, repeats;
+  TreeQuality quality;
   IsaLevel level;
 } Options;
 
@@ -106,11 +109,11 @@ static int by_value(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-static MeshTree *build(const MeshFile *m, Jobs *jobs)
+static MeshTree *build(const MeshFile *m, TreeQuality quality, Jobs *jobs)
 {
   Err err = {0};
   MeshTree *t =
-      mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, jobs, NULL, &err);
+      mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, quality, jobs, NULL, &err);
   if (!t) die(err.text, m->name);
   return t;
 }
@@ -153,7 +156,7 @@ static double status_bytes(const char *key)
 }
 
 // Resident memory at its highest during a build, beyond what was there before: in a process of its own.
-static double peak_bytes(const MeshFile *m, int threads)
+static double peak_bytes(const MeshFile *m, const Options *o)
 {
   int pipe_ends[2];
   double bytes = 0;
@@ -166,8 +169,8 @@ static double peak_bytes(const MeshFile *m, int threads)
       fclose(reset);
     }
     const double before = status_bytes("VmRSS:");
-    Jobs *jobs = jobs_create(threads, NULL);
-    MeshTree *t = build(m, jobs);
+    Jobs *jobs = jobs_create(o->threads, NULL);
+    MeshTree *t = build(m, o->quality, jobs);
     bytes = status_bytes("VmHWM:") - before;
     mesh_tree_release(t);
     _exit(write(pipe_ends[1], &bytes, sizeof bytes) != sizeof bytes);
@@ -211,8 +214,8 @@ static void measure_rays(const MeshFile *m, MeshTree *tree, const char *path, co
     flips += found != expected;
     if (found && expected && !r.is_any) far += fabs(hit.t - r.hits[i].t) > 1e-4 * fmax(r.hits[i].t, 1e-3 * size);
   }
-  printf("rays,rayfold,%s,fast,%s,%.3f,%.3f,%.3f,%llu,%llu\n", m->name, r.name, (double)c.nodes / (double)r.count - 1,
-         (double)c.prims / (double)r.count, 1e-6 * (double)r.count / best, (unsigned long long)flips,
+  printf("rays,rayfold,%s,%s,%s,%.3f,%.3f,%.3f,%llu,%llu\n", m->name, quality_names[o->quality], r.name,
+         (double)c.nodes / (double)r.count - 1, (double)c.prims / (double)r.count, 1e-6 * (double)r.count / best, (unsigned long long)flips,
          (unsigned long long)far);
   fflush(stdout);
   accel_destroy(a);
@@ -227,21 +230,21 @@ static MeshTree *measure_build(const MeshFile *m, const Options *o)
   enum { MOST_REPEATS = 100 };
   double times[MOST_REPEATS];
   const int repeats = o->repeats < MOST_REPEATS ? o->repeats : MOST_REPEATS;
-  const double peak = peak_bytes(m, o->threads);
+  const double peak = peak_bytes(m, o);
   Jobs *jobs = jobs_create(o->threads, NULL);
   MeshTree *tree = NULL;
   for (int i = 0; i < repeats; i++) {
     mesh_tree_release(tree);
     const double start = seconds(CLOCK_MONOTONIC);
-    tree = build(m, jobs);
+    tree = build(m, o->quality, jobs);
     times[i] = seconds(CLOCK_MONOTONIC) - start;
   }
   qsort(times, (size_t)repeats, sizeof *times, by_value);
   double nodes, leaves;
   tree_cost(tree, &nodes, &leaves);
   const double n = (double)m->triangle_count, median = times[repeats / 2];
-  printf("build,rayfold,%s,%.0f,fast,%d,%.4f,%.4f,%.2f,%.2f,%.1f,%.1f,%.3f,%.3f\n", m->name, n, o->threads, times[0],
-         median, 1e-6 * n / times[0], 1e-6 * n / median, (double)mesh_tree_bytes(tree) / n, peak / n, nodes, leaves);
+  printf("build,rayfold,%s,%.0f,%s,%d,%.4f,%.4f,%.2f,%.2f,%.1f,%.1f,%.3f,%.3f\n", m->name, n,
+         quality_names[o->quality], o->threads, times[0], median, 1e-6 * n / times[0], 1e-6 * n / median, (double)mesh_tree_bytes(tree) / n, peak / n, nodes, leaves);
   fflush(stdout);
   jobs_destroy(jobs);
   return tree;
@@ -258,15 +261,16 @@ static IsaLevel level_named(const char *name)
 
 int main(int argc, char **argv)
 {
-  Options o = {1, 5, cpu_best_isa()};
+  Options o = {1, 5, TREE_FAST, cpu_best_isa()};
   int i;
-  while ((i = getopt(argc, argv, "t:n:i:")) != -1) {
+  while ((i = getopt(argc, argv, "t:n:i:q:")) != -1) {
     if (i == 't') o.threads = atoi(optarg);
     else if (i == 'n') o.repeats = atoi(optarg) > 0 ? atoi(optarg) : 1;
+    else if (i == 'q') o.quality = strcmp(optarg, "best") ? TREE_FAST : TREE_BEST;
     else if (i == 'i') o.level = level_named(optarg);
     else return 64;
   }
-  if (optind >= argc) die("usage: [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]", argv[0]);
+  if (optind >= argc) die("usage: [-t THREADS] [-n REPEATS] [-q fast|best] [-i LEVEL] MESH.rtm [RAYS.rays ...]", argv[0]);
   MeshFile m = read_mesh(argv[optind++]);
   MeshTree *tree = measure_build(&m, &o);
   for (; optind < argc; optind++) measure_rays(&m, tree, argv[optind], &o);

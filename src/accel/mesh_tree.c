@@ -19,6 +19,11 @@ typedef struct MeshInput {
   MeshTree *tree;
 } MeshInput;
 
+static Vec3 corner_of(const MeshInput *in, size_t i, int c)
+{
+  return v3_load(in->positions + 3 * (size_t)in->triangles[3 * i + (size_t)c]);
+}
+
 // The corners of a triangle; false for one that nothing can hit: of no area, not finite, or with a bad index.
 static bool triangle_corners(const MeshInput *in, size_t i, Vec3 v[3])
 {
@@ -37,6 +42,33 @@ static bool triangle_corners(const MeshInput *in, size_t i, Vec3 v[3])
   return area > 0;
 }
 
+static Bounds corners_box(const Vec3 v[3])
+{
+  return (Bounds){lanes_min(lanes_min(v[0], v[1]), v[2]), lanes_max(lanes_max(v[0], v[1]), v[2])};
+}
+
+// A RefClip: the corners between the planes, and where edges meet these, widened by the margin of geom/triangle.h.
+static Bounds clip_triangle(const void *user, uint32_t prim, int axis, float lo, float hi)
+{
+  const Vec3 v[3] = {corner_of(user, prim, 0), corner_of(user, prim, 1), corner_of(user, prim, 2)};
+  const float planes[2] = {lo, hi};
+  Bounds b = bounds_empty();
+  for (int i = 0; i < 3; i++) {
+    const Vec3 p = v[i], q = v[i == 2 ? 0 : i + 1];
+    const float from = p[axis], to = q[axis];
+    if (from >= lo && from <= hi) bounds_add_point(&b, p);
+    for (int side = 0; side < 2; side++) {
+      const float plane = planes[side];
+      if ((from < plane) == (to < plane)) continue;
+      bounds_add_point(&b, p + (plane - from) / (to - from) * (q - p));
+    }
+  }
+  const Bounds own = corners_box(v);
+  const float box[6] = {own.lo[0], own.hi[0], own.lo[1], own.hi[1], own.lo[2], own.hi[2]};
+  const Vec3 margin = v3_all(tri_margin(box));
+  return (Bounds){lanes_max(b.lo - margin, own.lo), lanes_min(b.hi + margin, own.hi)};
+}
+
 static void gather_chunk(void *user, size_t chunk, int worker)
 {
   (void)worker;
@@ -46,7 +78,7 @@ static void gather_chunk(void *user, size_t chunk, int worker)
   for (size_t i = chunk * CHUNK; i < end; i++) {
     Vec3 v[3];
     if (!triangle_corners(in, i, v)) continue;
-    const Bounds box = {lanes_min(lanes_min(v[0], v[1]), v[2]), lanes_max(lanes_max(v[0], v[1]), v[2])};
+    const Bounds box = corners_box(v);
     *out++ = ref_of(&box, (uint32_t)i);
   }
   in->kept[chunk] = (size_t)(out - (in->build->refs + chunk * CHUNK));
@@ -75,10 +107,16 @@ static uint32_t emit_block(void *user, size_t leaf_i, const uint32_t *prims, uin
 {
   const MeshInput *in = user;
   Tri8 *block = &in->tree->blocks[leaf_i];
+  uint32_t own[8], own_count = 0; // pieces of one triangle are one again
+  for (uint32_t i = 0; i < count; i++) {
+    bool is_new = true;
+    for (uint32_t k = 0; k < own_count; k++) is_new &= own[k] != prims[i];
+    if (is_new) own[own_count++] = prims[i];
+  }
   for (uint32_t lane = 0; lane < 8; lane++) {
     Vec3 v[3] = {v3_all(NAN), v3_all(NAN), v3_all(NAN)};
-    block->prim[lane] = lane < count ? prims[lane] : NO_HIT;
-    if (lane < count) triangle_corners(in, block->prim[lane], v);
+    block->prim[lane] = lane < own_count ? own[lane] : NO_HIT;
+    for (int c = 0; lane < own_count && c < 3; c++) v[c] = corner_of(in, own[lane], c);
     for (int c = 0; c < 3; c++) {
       for (int k = 0; k < 3; k++) block->v[c][k][lane] = v[c][k];
     }
@@ -93,6 +131,7 @@ static bool fill_tree(MeshInput *in, Err *err)
   MeshTree *t = in->tree;
   t->bounds = b->bounds;
   t->triangle_count = b->count;
+  t->has_pieces = b->has_pieces;
   t->node_count = b->node_count;
   t->block_count = b->leaf_count;
   if (t->node_count) t->nodes = mem_alloc(t->node_count, sizeof *t->nodes);
@@ -105,7 +144,8 @@ static bool fill_tree(MeshInput *in, Err *err)
 }
 
 MeshTree *mesh_tree_build(const float *positions, size_t vertex_count, const uint32_t *triangles,
-                          size_t triangle_count, Jobs *jobs, const Cancel *cancel, Err *err)
+                          size_t triangle_count, TreeQuality quality, Jobs *jobs, const Cancel *cancel,
+                          Err *err)
 {
   if (triangle_count > MOST_TRIANGLES) {
     err_set(err, ERR_BAD_SCENE, "a mesh of %zu triangles; at most %zu are possible, split it", triangle_count,
@@ -120,6 +160,10 @@ MeshTree *mesh_tree_build(const float *positions, size_t vertex_count, const uin
   atomic_init(&t->users, 1);
   Build b = {.jobs = jobs, .cancel = cancel};
   MeshInput in = {positions, vertex_count, triangles, triangle_count, &b, NULL, t};
+  if (quality == TREE_BEST) {
+    b.clip = clip_triangle;
+    b.clip_user = &in;
+  }
   const bool ok = fill_tree(&in, err);
   build_finish(&b);
   if (ok) return t;

@@ -41,6 +41,7 @@ struct MeshTree {
   Tri8 *blocks;  // owned; each has at least one triangle
   size_t node_count, block_count, triangle_count;
   Bounds bounds;
+  bool has_pieces; // triangles may be in several leaves, each under the box of its piece: see build_spatial.c
 };
 
 struct Accel {

@@ -157,7 +157,7 @@ static void build_tree(MeshPart *part, Jobs *jobs, const Cancel *cancel, Err *er
   const MeshData *m = part->data;
   if (part->tree) return;
   part->tree =
-      mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, jobs, cancel, err);
+      mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, TREE_FAST, jobs, cancel, err);
 }
 
 static void make_item(void *user, size_t item, int worker)
