@@ -76,6 +76,23 @@ TEST(the_next_world_shares_what_did_not_change)
   world_release(second);
 }
 
+TEST(another_kind_of_tree_is_built_anew)
+{
+  Err err = {0};
+  Scene *s = scene_create(&err);
+  add_square(s, -1);
+  World *first = world_prepare(s, NULL, NULL, NULL, NULL, &err);
+  s->render.tree = SCENE_TREE_BEST;
+  World *best = world_prepare(s, first, NULL, NULL, NULL, &err), *again = world_prepare(s, best, NULL, NULL, NULL, &err);
+  CHECK(first && best && again);
+  CHECK(first->parts->meshes.items[0].tree != best->parts->meshes.items[0].tree);
+  CHECK(best->parts->meshes.items[0].tree == again->parts->meshes.items[0].tree);
+  scene_destroy(s);
+  world_release(first);
+  world_release(best);
+  world_release(again);
+}
+
 static double merged_area(const MeshData *m)
 {
   double area = 0;

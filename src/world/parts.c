@@ -49,8 +49,9 @@ int32_t parts_add_mesh(WorldParts *p, const WorldParts *previous, MeshData *data
   if (known >= 0) return known;
   if (!array_reserve(&p->meshes, p->meshes.count + 1) || !table_add(&p->meshes_found, (uintptr_t)data, next))
     return -1;
+  const bool has_tree = old >= 0 && previous->quality == p->quality;
   const MeshPart part = {mesh_data_share(data),
-                         old >= 0 ? mesh_tree_share(previous->meshes.items[old].tree) : NULL};
+                         has_tree ? mesh_tree_share(previous->meshes.items[old].tree) : NULL};
   array_push(&p->meshes, part);
   return next;
 }
@@ -152,12 +153,13 @@ static void decode_image(ImagePart *part, Err *err)
   else image_read_bytes(&part->image, part->bytes, part->size, "a picture inside the model", err);
 }
 
-static void build_tree(MeshPart *part, Jobs *jobs, const Cancel *cancel, Err *err)
+static void build_tree(MeshPart *part, TreeQuality quality, Jobs *jobs, const Cancel *cancel, Err *err)
 {
   const MeshData *m = part->data;
   if (part->tree) return;
   part->tree =
-      mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, TREE_FAST, jobs, cancel, err);
+      mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, quality, jobs,
+                               cancel, err);
 }
 
 static void make_item(void *user, size_t item, int worker)
@@ -171,7 +173,7 @@ static void make_item(void *user, size_t item, int worker)
     return;
   }
   MeshPart *part = &m->parts->meshes.items[item - m->parts->images.count];
-  if (part->data->triangle_count < LARGE_MESH) build_tree(part, NULL, m->cancel, &f->err);
+  if (part->data->triangle_count < LARGE_MESH) build_tree(part, m->parts->quality, NULL, m->cancel, &f->err);
 }
 
 static const Err *first_failure(const Failure *failures, size_t count)
@@ -195,7 +197,7 @@ bool parts_make(WorldParts *p, Jobs *jobs, const Cancel *cancel, Err *err)
   mem_free(m.failures);
   for (size_t i = 0; ok && i < p->meshes.count; i++) {
     if (p->meshes.items[i].data->triangle_count < LARGE_MESH) continue;
-    build_tree(&p->meshes.items[i], jobs, cancel, err);
+    build_tree(&p->meshes.items[i], p->quality, jobs, cancel, err);
     ok = p->meshes.items[i].tree;
   }
   return ok;

@@ -34,6 +34,7 @@ typedef struct SeenBytes { // of an embedded picture, so that thousands of textu
 } SeenBytes;
 
 typedef struct WorldParts { // what a World's parts member points to
+  TreeQuality quality; // of all trees; those of a world that wants another are not taken over
   ARRAY(MeshPart) meshes;
   ARRAY(ImagePart *) images;
   ARRAY(SeenBytes) seen;
