@@ -3,6 +3,7 @@
 //
 //   references -> split: a binary tree, by the surface-area heuristic     build.c, build_bins.h, build_small.c
 //                 or one in which references may be cut in pieces         build_spatial.c
+//                 and nodes have moved to where they cost least           build_reinsert.c
 //              -> collapse: which binary nodes become wide ones, by cost  build_wide.c
 //              -> counts known, caller allocates -> emit                  build_wide.c
 //

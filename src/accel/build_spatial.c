@@ -465,6 +465,7 @@ static void subtree_work(void *user, size_t item, int worker)
     sub->tree.count = 1;
     node_set_box(&sub->tree.items[0], &r.box);
     ok = split_subtree(s, &r, &sub->tree, own);
+    ok = ok && tree_reinsert(s->build, &sub->tree, MOST_BINARY_DEPTH - r.depth, r.first, r.room);
   }
   ok = ok && (own = scratch_of(s, worker, 0, sub->tree.count));
   if (ok) {
