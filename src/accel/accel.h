@@ -17,8 +17,8 @@
 
 typedef struct MeshTree MeshTree; // counted
 
-// Fast: splits between triangles. Best: triangles may also be cut in pieces; three to five times the building time,
-// up to a third more memory, the same hits, and in rooms, where large triangles lie beside small ones, faster rays.
+// Fast: splits between triangles. Best: triangles may also be cut in pieces; two to seven times the building time, up
+// to a fifth more memory, the same hits, and in rooms, where large triangles lie beside small ones, faster rays.
 typedef enum TreeQuality { TREE_FAST, TREE_BEST } TreeQuality;
 
 // Builds the tree of an indexed triangle list (3 floats a vertex, 3 indices a triangle, all in range, positions
