@@ -88,35 +88,50 @@ static int ask_all(Asked *q, const Accel *a, size_t count, RayMask mask, HitFilt
   return wrong;
 }
 
+// Bundles of every kind through one world.
+static void check_bundles(const Accel *a, const Soup *s, int scene, Asked *q)
+{
+  for (int bundle = 0; bundle < BUNDLE_COUNT; bundle++) {
+    Random r = {5u + (uint32_t)scene};
+    for (int i = 0; i < MOST_RAYS; i++) {
+      const Ray ray = bundle_ray((Bundle)bundle, a, s, &r, i);
+      q->rays[i] =
+          (PackedRay){{ray.o[0], ray.o[1], ray.o[2]}, ray.tmin, {ray.d[0], ray.d[1], ray.d[2]}, ray.tmax};
+      q->seeds[i] = (uint32_t)i / 2;
+    }
+    const int wrong = ask_all(q, a, MOST_RAYS, RAY_ALL, NULL);
+    CHECK_MSG(wrong == 0, "scene %d, bundle %d: %d of %d answers differ", scene, bundle, wrong, MOST_RAYS);
+  }
+}
+
 // G2, G3
-static void check_against_brute_force(TreeQuality quality)
+TEST(batches_equal_brute_force)
 {
   Asked *q = malloc(sizeof *q);
-  for (int kind = 0; kind < 2 * NASTY_COUNT; kind++) {
-    const bool many = kind >= NASTY_COUNT;
+  for (int kind = 0; kind < 4 * NASTY_COUNT; kind++) {
+    const bool many = kind / NASTY_COUNT & 1;
+    const TreeQuality quality = kind < 2 * NASTY_COUNT ? TREE_FAST : TREE_BEST;
     Soup s = nasty_soup((Nasty)(kind % NASTY_COUNT), many ? 60 : 400);
     Accel *a = accel_of(&s, many, quality);
-    for (int bundle = 0; bundle < BUNDLE_COUNT; bundle++) {
-      Random r = {5u + (uint32_t)kind};
-      for (int i = 0; i < MOST_RAYS; i++) {
-        const Ray ray = bundle_ray((Bundle)bundle, a, &s, &r, i);
-        q->rays[i] =
-            (PackedRay){{ray.o[0], ray.o[1], ray.o[2]}, ray.tmin, {ray.d[0], ray.d[1], ray.d[2]}, ray.tmax};
-        q->seeds[i] = (uint32_t)i / 2;
-      }
-      const int wrong = ask_all(q, a, MOST_RAYS, RAY_ALL, NULL);
-      CHECK_MSG(wrong == 0, "scene %d, bundle %d: %d of %d answers differ", kind, bundle, wrong, MOST_RAYS);
-    }
+    check_bundles(a, &s, kind, q);
     accel_destroy(a);
     soup_finish(&s);
   }
   free(q);
 }
 
-TEST(batches_equal_brute_force)
+TEST(batches_through_pieces_equal_brute_force)
 {
-  check_against_brute_force(TREE_FAST);
-  check_against_brute_force(TREE_BEST);
+  Asked *q = malloc(sizeof *q);
+  for (int many = 0; many < 2; many++) {
+    Soup s = boards(40, 500, many ? v3(30, -40, 10) : v3_all(0));
+    Accel *a = accel_of(&s, many, TREE_BEST);
+    CHECK(a->instances[0].mesh->has_pieces);
+    check_bundles(a, &s, 100 + many, q);
+    accel_destroy(a);
+    soup_finish(&s);
+  }
+  free(q);
 }
 
 TEST(any_number_of_rays_filters_and_masks)
