@@ -85,18 +85,21 @@ static void search_below(const Forest *f, uint32_t from, const Bounds *moved, fl
 }
 
 // Where a node had better be; its own number if where it is. Taken out, its parent is gone, and those above shrink.
+// Never beside its sibling, where it is.
 static Spot best_spot(const Forest *f, uint32_t n)
 {
   const Bounds moved = node_box(&f->nodes[n]);
   Bounds rest = bounds_empty();
   float saved = 0;
   // A gain in the last digits could be found again and again.
-  Spot best = {n, 1e-5f * area_of(f, &moved)};
+  Spot best = {n, max_f(1e-5f * area_of(f, &moved), 0)};
   for (uint32_t from = n; from != 0; from = f->parent[from]) {
     const uint32_t pivot = f->parent[from], sibling = sibling_of(from);
     const Bounds box = node_box(&f->nodes[pivot]), other = node_box(&f->nodes[sibling]);
     if (from == n) saved = area_of(f, &box);
+    const Spot so_far = best;
     search_below(f, sibling, &moved, saved, &best);
+    if (from == n && best.node == sibling) best = so_far;
     rest = joint(&rest, &other);
     if (from != n) saved += area_of(f, &box) - area_of(f, &rest);
   }

@@ -281,7 +281,8 @@ static bool give_straddler(const Spatial *s, Cut *c, Sides *sides, const BuildRe
                            piece_of(s->build, r, c->axis, c->plane, INFINITY)};
   for (int side = 0; side < 2; side++) {
     if (!bounds_is_empty(&piece[!side])) continue;
-    const BuildRef only = with_prim(&piece[side], r);
+    // Nothing on either side: a box that holds none of its triangle, which is not worth a case of its own.
+    const BuildRef only = bounds_is_empty(&piece[side]) ? *r : with_prim(&piece[side], r);
     give(sides, side, &only);
     return false;
   }
