@@ -90,7 +90,8 @@ static inline Soup boards(size_t count, size_t small_count, Vec3 away)
 
 static inline Accel *accel_of(const Soup *s, bool many, TreeQuality quality)
 {
-  MeshTree *tree = mesh_tree_build(s->positions, s->vertex_count, s->triangles, s->triangle_count, quality, NULL, NULL, NULL);
+  MeshTree *tree =
+      mesh_tree_build(s->positions, s->vertex_count, s->triangles, s->triangle_count, quality, NULL, NULL, NULL);
   CHECK(tree != NULL);
   Instance instances[12] = {0};
   Random r = {77};

@@ -215,8 +215,8 @@ static void measure_rays(const MeshFile *m, MeshTree *tree, const char *path, co
     if (found && expected && !r.is_any) far += fabs(hit.t - r.hits[i].t) > 1e-4 * fmax(r.hits[i].t, 1e-3 * size);
   }
   printf("rays,rayfold,%s,%s,%s,%.3f,%.3f,%.3f,%llu,%llu\n", m->name, quality_names[o->quality], r.name,
-         (double)c.nodes / (double)r.count - 1, (double)c.prims / (double)r.count, 1e-6 * (double)r.count / best, (unsigned long long)flips,
-         (unsigned long long)far);
+         (double)c.nodes / (double)r.count - 1, (double)c.prims / (double)r.count, 1e-6 * (double)r.count / best,
+         (unsigned long long)flips, (unsigned long long)far);
   fflush(stdout);
   accel_destroy(a);
   mem_free(hits);
@@ -244,7 +244,8 @@ static MeshTree *measure_build(const MeshFile *m, const Options *o)
   tree_cost(tree, &nodes, &leaves);
   const double n = (double)m->triangle_count, median = times[repeats / 2];
   printf("build,rayfold,%s,%.0f,%s,%d,%.4f,%.4f,%.2f,%.2f,%.1f,%.1f,%.3f,%.3f\n", m->name, n,
-         quality_names[o->quality], o->threads, times[0], median, 1e-6 * n / times[0], 1e-6 * n / median, (double)mesh_tree_bytes(tree) / n, peak / n, nodes, leaves);
+         quality_names[o->quality], o->threads, times[0], median, 1e-6 * n / times[0], 1e-6 * n / median,
+         (double)mesh_tree_bytes(tree) / n, peak / n, nodes, leaves);
   fflush(stdout);
   jobs_destroy(jobs);
   return tree;
@@ -259,6 +260,15 @@ static IsaLevel level_named(const char *name)
   return ISA_REF;
 }
 
+static TreeQuality quality_named(const char *name)
+{
+  for (int i = TREE_FAST; i <= TREE_BEST; i++) {
+    if (!strcmp(quality_names[i], name)) return (TreeQuality)i;
+  }
+  die("no such quality", name);
+  return TREE_FAST;
+}
+
 int main(int argc, char **argv)
 {
   Options o = {1, 5, TREE_FAST, cpu_best_isa()};
@@ -266,11 +276,13 @@ int main(int argc, char **argv)
   while ((i = getopt(argc, argv, "t:n:i:q:")) != -1) {
     if (i == 't') o.threads = atoi(optarg);
     else if (i == 'n') o.repeats = atoi(optarg) > 0 ? atoi(optarg) : 1;
-    else if (i == 'q') o.quality = strcmp(optarg, "best") ? TREE_FAST : TREE_BEST;
+    else if (i == 'q') o.quality = quality_named(optarg);
     else if (i == 'i') o.level = level_named(optarg);
     else return 64;
   }
-  if (optind >= argc) die("usage: [-t THREADS] [-n REPEATS] [-q fast|best] [-i LEVEL] MESH.rtm [RAYS.rays ...]", argv[0]);
+  if (optind >= argc) {
+    die("usage: [-t THREADS] [-n REPEATS] [-q fast|best] [-i LEVEL] MESH.rtm [RAYS.rays ...]", argv[0]);
+  }
   MeshFile m = read_mesh(argv[optind++]);
   MeshTree *tree = measure_build(&m, &o);
   for (; optind < argc; optind++) measure_rays(&m, tree, argv[optind], &o);

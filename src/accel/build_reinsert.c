@@ -1,12 +1,13 @@
-// Reinsertion: a binary tree is bettered by taking subtrees out and putting them where they cost least (Bittner, Hapala,
-// Havran, "Fast insertion-based optimization of bounding volume hierarchies", 2013). The place is found as in Meister
-// and Bittner, "Parallel reinsertion for bounding volume hierarchy optimization", 2018: up from the subtree towards the
-// root, and at every step down the other side as long as that may still gain. What is kept low is the sum of the inner
-// nodes' surfaces, the number of nodes a random line meets.
+// Reinsertion: a binary tree is bettered by taking subtrees out and putting them where they cost least (Bittner,
+// Hapala, Havran, "Fast insertion-based optimization of bounding volume hierarchies", 2013). The place is found as in
+// Meister and Bittner, "Parallel reinsertion for bounding volume hierarchy optimization", 2018: up from the subtree
+// towards the root, and at every step down the other side as long as that may still gain. What is kept low is the sum
+// of the inner nodes' surfaces, the number of nodes a random line meets.
 //
-// A piece of the tree is one thread's, and what is in it stays there: one piece for the whole hall was no better. A node keeps its slot in the array when others are put
-// below it, and the pair of slots that a removal frees is what the insertion needs. At the end the nodes are laid
-// down anew, parents first, and the primitives in the order of the leaves, as build_wide.c expects.
+// A piece of the tree is one thread's, and what is in it stays there: one piece for the whole hall was no better. A
+// node keeps its slot in the array when others are put below it, and the pair of slots that a removal frees is what
+// the insertion needs. At the end the nodes are laid down anew, parents first, and the primitives in the order of the
+// leaves, as build_wide.c expects.
 
 #include "accel/build_bins.h"
 #include "accel/build_tree.h"

@@ -5,8 +5,8 @@
 // its own box and its instance's box; its t is raised to where the ray enters those boxes. Boxes are nested and
 // their test is monotone, so whatever a box hides for being missed or farther than the best hit could not have won.
 // In a tree of pieces the box of a triangle is cut down to one about the point where it is hit, which its pieces'
-// boxes contain (geom/triangle.h). Of equal t the smallest (instance, prim) wins. Hence a tree gives bit for bit what testing everything gives
-// (accel/brute.h), at every level, for every shape of tree and every order of walking.
+// boxes contain (geom/triangle.h). Of equal t the smallest (instance, prim) wins. Hence a tree gives bit for bit what
+// testing everything gives (accel/brute.h), at every level, for every shape of tree and every order of walking.
 
 #ifndef RAYFOLD_ACCEL_STEP_H
 #define RAYFOLD_ACCEL_STEP_H
