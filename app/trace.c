@@ -41,6 +41,12 @@ static const Option trace_options[] = {
      .low = 0,
      .high = 3600,
      .sentence = "Seconds at least that the runs of a line take together."},
+    {.name = "quality",
+     .kind = OPTION_CHOICE,
+     .argument = "NAME",
+     .initial = "fast",
+     .choices = "fast|best",
+     .sentence = "How the tree is built: `render.tree` of a scene. The hits do not depend on it."},
     {.name = "build",
      .kind = OPTION_FLAG,
      .sentence = "Also measure how fast the tree is built and what it holds: a \"build,\" line."},
@@ -106,10 +112,11 @@ static ExitCode open_scene(Trace *t, int threads)
   def.vertex_count = t->mesh.vertex_count;
   def.triangle_count = t->mesh.triangle_count;
   t->scene = rf_scene_create(t->engine);
-  const bool is_compact = args_has(t->args, "compact");
-  const bool ok = t->scene && rf_add_mesh(t->scene, NULL, &def).id &&
-                  (!is_compact || rf_set(t->scene, "render.compact", "true"));
-  return ok ? EXIT_DONE : fail_library(t->engine);
+  const char *quality = args_text(t->args, "quality");
+  const bool is_best = quality && !strcmp(quality, "best");
+  const bool ok = t->scene && rf_set(t->scene, "render.tree", is_best ? "\"best\"" : "\"fast\"") &&
+                  (!args_has(t->args, "compact") || rf_set(t->scene, "render.compact", "true"));
+  return ok && rf_add_mesh(t->scene, NULL, &def).id ? EXIT_DONE : fail_library(t->engine);
 }
 
 static void close_scene(Trace *t)
@@ -214,8 +221,10 @@ static ExitCode trace_files(Trace *t)
 
 static ExitCode run_trace(const Args *args)
 {
-  Trace t = {.args = args, .label = args_text(args, "label"), .quality = args_has(args, "compact") ? "compact" : "fast"};
+  Trace t = {.args = args, .label = args_text(args, "label"), .quality = args_text(args, "quality")};
   if (!t.label) t.label = "rayfold";
+  if (!t.quality) t.quality = "fast";
+  if (args_has(args, "compact")) t.quality = strcmp(t.quality, "best") ? "compact" : "compact_best";
   ExitCode code = check_command_line(args);
   if (!code) code = mesh_file_read(&t.mesh, args->operands[0]);
   if (!code && args_has(args, "build")) code = measure_builds(&t);

@@ -65,14 +65,37 @@ static inline Soup nasty_soup(Nasty kind, size_t count)
   return s;
 }
 
+// Long thin triangles in pairs that share a diagonal, across each other and through a floor of two large ones, among
+// small things; all of it away from the origin by so much.
+static inline Soup boards(size_t count, size_t small_count, Vec3 away)
+{
+  Soup s = soup_create(2 * count + small_count);
+  Random r = {99};
+  for (size_t i = 2 * count; i < s.triangle_count; i++) {
+    const Vec3 middle = away + rnd_vec(&r);
+    for (size_t k = 0; k < 3; k++) v3_store(s.positions + 9 * i + 3 * k, middle + 0.03f * rnd_vec(&r));
+  }
+  for (size_t i = 0; i < count; i++) {
+    const bool is_floor = i == 0;
+    const Vec3 middle = away + (is_floor ? v3_all(0) : rnd_vec(&r));
+    const Vec3 along = is_floor ? v3(2, 2, 0) : v3(rnd_in(&r, 0.5f, 1), rnd_in(&r, 0.5f, 1), rnd_in(&r, -0.5f, 0.5f));
+    const Vec3 across = is_floor ? v3(2, -2, 0) : 0.01f * rnd_vec(&r);
+    const Vec3 corners[4] = {middle - along - across, middle + along - across, middle + along + across,
+                             middle - along + across};
+    const int order[6] = {0, 1, 2, 0, 2, 3};
+    for (size_t k = 0; k < 6; k++) v3_store(s.positions + 18 * i + 3 * k, corners[order[k]]);
+  }
+  return s;
+}
+
 static inline MeshTree *soup_tree(const Soup *s, TreeOptions options, Jobs *jobs)
 {
   return mesh_tree_build(s->positions, s->vertex_count, s->triangles, s->triangle_count, options, jobs, NULL, NULL);
 }
 
-static inline Accel *accel_of(const Soup *s, TreeLayout layout, bool many)
+static inline Accel *accel_of(const Soup *s, TreeOptions options, bool many)
 {
-  MeshTree *tree = soup_tree(s, (TreeOptions){layout}, NULL);
+  MeshTree *tree = soup_tree(s, options, NULL);
   CHECK(tree != NULL);
   Instance instances[12] = {0};
   Random r = {77};

@@ -14,38 +14,115 @@ static bool same_hit(const Hit *a, const Hit *b)
          !memcmp(&a->v, &b->v, 4);
 }
 
-// Walks the layout's trees and tests everything in trees of floats.
-static void check_scene(int kind, TreeLayout layout)
+// Same primitive, t, u, v to the last bit; any-hit says the same. Walks the trees of a and tests everything in plain's,
+// which are of floats. *is_hit: what testing everything says.
+static bool tree_is_right(const Accel *a, const Accel *plain, const Ray *ray, bool *is_hit)
 {
-  const bool many = kind >= NASTY_COUNT;
-  Soup s = nasty_soup((Nasty)(kind % NASTY_COUNT), many ? 150 : 600);
-  Accel *a = accel_of(&s, layout, many), *plain = accel_of(&s, TREE_FLOAT, many);
-  Random r = {5u + (uint32_t)kind};
-  int hits = 0, wrong = 0;
-  for (int i = 0; i < 4000; i++) {
-    RayCounters c = {0};
-    const Ray ray = nasty_ray(a, &s, &r, i);
-    Hit tree, brute;
-    const bool hit = accel_closest(a, &ray, RAY_ALL, NULL, NULL, &c, &tree);
-    const bool expected = accel_closest_brute(plain, &ray, RAY_ALL, NULL, NULL, &c, &brute);
-    const bool any = accel_any(a, &ray, RAY_ALL, NULL, NULL, &c);
-    wrong += hit != expected || any != expected;
-    wrong += expected && !same_hit(&tree, &brute);
-    hits += expected;
-  }
-  CHECK_MSG(wrong == 0, "scene %d, layout %d: %d of %d hits differ", kind, (int)layout, wrong, hits);
-  if (kind != TINY + NASTY_COUNT) CHECK_MSG(hits > 20, "scene %d: only %d hits", kind, hits);
-  accel_destroy(a);
-  accel_destroy(plain);
-  soup_finish(&s);
+  RayCounters c = {0};
+  Hit tree, brute;
+  const bool hit = accel_closest(a, ray, RAY_ALL, NULL, NULL, &c, &tree);
+  const bool any = accel_any(a, ray, RAY_ALL, NULL, NULL, &c);
+  *is_hit = accel_closest_brute(plain, ray, RAY_ALL, NULL, NULL, &c, &brute);
+  return hit == *is_hit && any == *is_hit && (!hit || same_hit(&tree, &brute));
 }
 
-// G2, G3: same primitive, t, u, v to the last bit; any-hit says the same.
-TEST(the_tree_equals_brute_force)
+static Accel *plain_of(const Soup *s, TreeOptions options, bool many)
+{
+  return accel_of(s, (TreeOptions){TREE_FLOAT, options.quality}, many);
+}
+
+// G2, G3.
+static void check_against_brute_force(TreeOptions options)
 {
   for (int kind = 0; kind < 2 * NASTY_COUNT; kind++) {
-    check_scene(kind, TREE_FLOAT);
-    check_scene(kind, TREE_COMPACT);
+    const bool many = kind >= NASTY_COUNT;
+    Soup s = nasty_soup((Nasty)(kind % NASTY_COUNT), many ? 150 : 600);
+    Accel *a = accel_of(&s, options, many), *plain = plain_of(&s, options, many);
+    Random r = {5u + (uint32_t)kind};
+    int hits = 0, wrong = 0;
+    for (int i = 0; i < 4000; i++) {
+      const Ray ray = nasty_ray(a, &s, &r, i);
+      bool is_hit;
+      wrong += !tree_is_right(a, plain, &ray, &is_hit);
+      hits += is_hit;
+    }
+    CHECK_MSG(wrong == 0, "layout %d, quality %d, scene %d: %d of %d hits differ", options.layout, options.quality, kind,
+              wrong, hits);
+    if (kind != TINY + NASTY_COUNT) CHECK_MSG(hits > 20, "scene %d: only %d hits", kind, hits);
+    accel_destroy(a);
+    accel_destroy(plain);
+    soup_finish(&s);
+  }
+}
+
+TEST(the_tree_equals_brute_force) { check_against_brute_force((TreeOptions){TREE_FLOAT, TREE_FAST}); }
+TEST(a_compact_tree_equals_brute_force) { check_against_brute_force((TreeOptions){TREE_COMPACT, TREE_FAST}); }
+TEST(a_tree_of_pieces_equals_brute_force) { check_against_brute_force((TreeOptions){TREE_FLOAT, TREE_BEST}); }
+TEST(a_compact_tree_of_pieces_equals_brute_force) { check_against_brute_force((TreeOptions){TREE_COMPACT, TREE_BEST}); }
+
+static size_t lanes_used(const MeshTree *t)
+{
+  size_t count = 0;
+  for (size_t i = 0; i < 8 * t->block_count; i++) count += t->blocks[i / 8].prim[i % 8] != NO_HIT;
+  return count;
+}
+
+static Vec3 corner_of(const Tri8 *b, int corner, int lane)
+{
+  return v3(b->v[corner][0][lane], b->v[corner][1][lane], b->v[corner][2][lane]);
+}
+
+// Points where mistakes with pieces would show: where a leaf's box cuts an edge of a triangle in it, give or take what
+// rounding does; and on edges and at corners.
+static Vec3 delicate_point(const MeshTree *t, Random *r, int i)
+{
+  const Node8 *n = NULL;
+  int child = 0;
+  do {
+    n = &t->nodes[hash_u32(r->state++) % t->node_count];
+    child = (int)(hash_u32(r->state++) & 7);
+  } while (!(n->child[child] & LEAF_BIT) || n->child[child] == EMPTY_TREE);
+  const Tri8 *b = &t->blocks[n->child[child] & ~LEAF_BIT];
+  int lane = (int)(hash_u32(r->state++) & 7);
+  while (b->prim[lane] == NO_HIT) lane--;
+  const int corner = (int)(hash_u32(r->state++) % 3), axis = (int)(hash_u32(r->state++) % 3);
+  const Vec3 p = corner_of(b, corner, lane), q = corner_of(b, (corner + 1) % 3, lane);
+  if (i % 4 == 0) return v3_mix(p, q, rnd(r));
+  if (i % 16 == 1) return p;
+  const float plane = n->box[2 * axis + (int)(hash_u32(r->state++) & 1)][child];
+  Vec3 on = v3_mix(p, q, (plane - p[axis]) / (q[axis] - p[axis]));
+  on[axis] = plane;
+  on += (i & 2 ? 0x1p-24f : 0x1p-22f) * rnd_vec(r);
+  return v3_is_finite(on) ? on : v3_mix(p, q, rnd(r));
+}
+
+TEST(pieces_lose_no_hit_at_their_planes_and_from_afar)
+{
+  const Vec3 away[] = {v3_all(0), v3(1000, -300, 70), v3(-3e5f, 2e5f, 1e5f)};
+  for (int k = 0; k < 3; k++) {
+    Soup s = boards(40, 500, away[k]);
+    const TreeOptions options = {TREE_FLOAT, TREE_BEST};
+    Accel *a = accel_of(&s, options, false), *compact = accel_of(&s, (TreeOptions){TREE_COMPACT, TREE_BEST}, false);
+    const MeshTree *t = accel_instances(a)[0].mesh;
+    if (k < 2) CHECK(t->has_pieces && lanes_used(t) > s.triangle_count); // the last has margins as wide as boards
+    Random r = {3u + (uint32_t)k};
+    int hits = 0, wrong = 0;
+    for (int i = 0; i < 35000; i++) {
+      const Vec3 to = delicate_point(t, &r, i);
+      const float distance = i % 3 ? 1 : powf(10, rnd_in(&r, 0, 6));
+      Vec3 d = rnd_vec(&r);
+      if (i % 5 < 3) d[i % 3] = 0; // nothing widens a box across a ray
+      if (i % 5 < 2) d[(i + 1) % 3] = 0;
+      if (i % 23 == 0) d *= v3(1e-6f, 1, 1e-3f);
+      const Ray ray = {to - distance * d, d, 0, INFINITY};
+      bool is_hit;
+      wrong += !tree_is_right(a, a, &ray, &is_hit) || !tree_is_right(compact, a, &ray, &is_hit);
+      hits += is_hit;
+    }
+    accel_destroy(compact);
+    CHECK_MSG(wrong == 0 && hits > 10000, "%d: %d of %d hits differ", k, wrong, hits);
+    accel_destroy(a);
+    soup_finish(&s);
   }
 }
 
@@ -72,14 +149,14 @@ static Soup ball(int around, int down, float radius, Vec3 centre)
 }
 
 // G1: rays from inside at vertices and points of edges never escape, at any scale and far from the origin.
-TEST(a_closed_mesh_has_no_holes)
+static void check_for_holes(TreeQuality quality)
 {
   const Vec3 centres[] = {v3(0, 0, 0), v3(1000, 37, -2000), v3(148376, 1234, -223423)};
   const float radii[] = {2, 2, 2, 1e-6f, 1e6f};
   for (int k = 0; k < 5; k++) {
     const Vec3 centre = k < 3 ? centres[k] : v3_all(0);
     Soup s = ball(100, 50, radii[k], centre);
-    Accel *a = accel_of(&s, TREE_FLOAT, false);
+    Accel *a = accel_of(&s, (TreeOptions){TREE_FLOAT, quality}, false);
     Random r = {31u + (uint32_t)k};
     int missed = 0;
     for (int i = 0; i < 40000; i++) {
@@ -97,11 +174,17 @@ TEST(a_closed_mesh_has_no_holes)
   }
 }
 
+TEST(a_closed_mesh_has_no_holes)
+{
+  check_for_holes(TREE_FAST);
+  check_for_holes(TREE_BEST);
+}
+
 // G8: a broken ray hits nothing, and soon.
 TEST(broken_rays_hit_nothing)
 {
   Soup s = nasty_soup(RANDOM, 500);
-  Accel *a = accel_of(&s, TREE_FLOAT, true);
+  Accel *a = accel_of(&s, (TreeOptions){0}, true);
   const float odd[] = {NAN, INFINITY, -INFINITY, 0};
   for (int i = 0; i < 4; i++)
     for (int k = 0; k < 7; k++) {
@@ -155,7 +238,7 @@ TEST(compact_boxes_contain_the_exact_ones)
       for (size_t i = 0; i < 3 * s.vertex_count; i++) s.positions[i] *= scales[k];
       MeshTree *tree[2];
       for (int layout = 0; layout < 2; layout++)
-        tree[layout] = soup_tree(&s, (TreeOptions){(TreeLayout)layout}, NULL);
+        tree[layout] = soup_tree(&s, (TreeOptions){.layout = (TreeLayout)layout}, NULL);
       CHECK(tree[0] && tree[1] && tree[0]->node_count == tree[1]->node_count && tree[0]->root == tree[1]->root);
       int wrong = 0;
       for (uint32_t i = 0; i < tree[0]->node_count; i++) {
@@ -169,12 +252,19 @@ TEST(compact_boxes_contain_the_exact_ones)
     }
 }
 
-static void check_building(TreeOptions options)
+static MeshTree *tree_of(const Soup *s, size_t triangle_count, TreeOptions options, Jobs *jobs, Err *err)
 {
-  Soup s = nasty_soup(RANDOM, 20000);
+  return mesh_tree_build(s->positions, s->vertex_count, s->triangles, triangle_count, options, jobs, NULL, err);
+}
+
+static void check_threads_and_failures(TreeOptions options)
+{
+  Soup s = boards(20, 20000, v3_all(0));
   Jobs *jobs = jobs_create(3, NULL);
-  MeshTree *one = soup_tree(&s, options, NULL), *three = soup_tree(&s, options, jobs);
+  MeshTree *one = tree_of(&s, s.triangle_count, options, NULL, NULL);
+  MeshTree *three = tree_of(&s, s.triangle_count, options, jobs, NULL);
   CHECK(one && three && one->node_count == three->node_count && one->block_count == three->block_count);
+  CHECK(one->has_pieces == (options.quality == TREE_BEST) && three->has_pieces == one->has_pieces);
   if (options.layout == TREE_COMPACT) {
     CHECK(!memcmp(one->compact_nodes, three->compact_nodes, one->node_count * sizeof *one->compact_nodes));
     CHECK(mesh_tree_bytes(one) < 10 * s.triangle_count);
@@ -186,13 +276,13 @@ static void check_building(TreeOptions options)
   for (long n = 1; n < 200; n++) {
     Err err = {0};
     mem_fail_after(n);
-    MeshTree *t = mesh_tree_build(s.positions, s.vertex_count, s.triangles, 300, options, NULL, NULL, &err);
+    MeshTree *t = tree_of(&s, 300, options, NULL, &err);
     mem_fail_after(0);
     mesh_tree_release(t);
     if (t) break;
     CHECK(err.kind == ERR_NO_MEMORY);
   }
-  MeshTree *empty = mesh_tree_build(s.positions, s.vertex_count, s.triangles, 0, options, NULL, NULL, NULL);
+  MeshTree *empty = tree_of(&s, 0, options, NULL, NULL);
   CHECK(empty != NULL);
   mesh_tree_release(empty);
   jobs_destroy(jobs);
@@ -201,8 +291,7 @@ static void check_building(TreeOptions options)
 
 TEST(threads_build_the_same_tree_and_failures_are_clean)
 {
-  check_building((TreeOptions){TREE_FLOAT});
-  check_building((TreeOptions){TREE_COMPACT});
+  for (int i = 0; i < 4; i++) check_threads_and_failures((TreeOptions){(TreeLayout)(i & 1), (TreeQuality)(i >> 1)});
 }
 
 TEST_MAIN

@@ -79,13 +79,14 @@ static void expect_brute(Asked *q, const Accel *plain, size_t count, RayMask mas
 static bool is_expected(const Asked *q, size_t i)
 {
   const Hit *got = &q->hits[i], *expected = &q->expected[i];
-  return got->instance == expected->instance && got->prim == expected->prim && !memcmp(&got->t, &expected->t, 4) &&
-         !memcmp(&got->u, &expected->u, 4) && !memcmp(&got->v, &expected->v, 4) &&
-         q->blocked[i] == (expected->instance != NO_HIT);
+  return got->instance == expected->instance && got->prim == expected->prim &&
+         !memcmp(&got->t, &expected->t, 4) && !memcmp(&got->u, &expected->u, 4) &&
+         !memcmp(&got->v, &expected->v, 4) && q->blocked[i] == (expected->instance != NO_HIT);
 }
 
 // The answers of a, by every walk, that differ from those of testing everything in plain, which has the same instances.
-static int ask_all(Asked *q, const Accel *a, const Accel *plain, size_t count, RayMask mask, HitFilter *filter)
+static int ask_all(Asked *q, const Accel *a, const Accel *plain, size_t count, RayMask mask,
+                   HitFilter *filter)
 {
   Ask *const asks[] = {accel_ask, ask_streams, turns_walk};
   int wrong = 0;
@@ -110,27 +111,32 @@ static int ask_all(Asked *q, const Accel *a, const Accel *plain, size_t count, R
   return wrong;
 }
 
-static void check_bundle(Asked *q, int kind, Bundle bundle, const Soup *s, const Accel *a, const Accel *plain)
+// Bundles of every kind through one world.
+static void check_bundles(const Accel *a, const Accel *plain, const Soup *s, int scene, Asked *q)
 {
-  Random r = {5u + (uint32_t)kind};
-  for (int i = 0; i < MOST_RAYS; i++) {
-    const Ray ray = bundle_ray(bundle, a, s, &r, i);
-    q->rays[i] = ray_pack(&ray);
-    q->seeds[i] = (uint32_t)i / 2;
+  for (int bundle = 0; bundle < BUNDLE_COUNT; bundle++) {
+    Random r = {5u + (uint32_t)scene};
+    for (int i = 0; i < MOST_RAYS; i++) {
+      const Ray ray = bundle_ray((Bundle)bundle, a, s, &r, i);
+      q->rays[i] = ray_pack(&ray);
+      q->seeds[i] = (uint32_t)i / 2;
+    }
+    const int wrong = ask_all(q, a, plain, MOST_RAYS, RAY_ALL, NULL);
+    CHECK_MSG(wrong == 0, "scene %d, bundle %d: %d of %d answers differ", scene, bundle, wrong, MOST_RAYS);
   }
-  const int wrong = ask_all(q, a, plain, MOST_RAYS, RAY_ALL, NULL);
-  CHECK_MSG(wrong == 0, "scene %d, bundle %d: %d of %d answers differ", kind, (int)bundle, wrong, MOST_RAYS);
 }
 
 // G2, G3
 static void check_layout(TreeLayout layout)
 {
   Asked *q = malloc(sizeof *q);
-  for (int kind = 0; kind < 2 * NASTY_COUNT; kind++) {
-    const bool many = kind >= NASTY_COUNT;
+  for (int kind = 0; kind < 4 * NASTY_COUNT; kind++) {
+    const bool many = kind / NASTY_COUNT & 1;
+    const TreeQuality quality = kind < 2 * NASTY_COUNT ? TREE_FAST : TREE_BEST;
     Soup s = nasty_soup((Nasty)(kind % NASTY_COUNT), many ? 60 : 400);
-    Accel *a = accel_of(&s, layout, many), *plain = accel_of(&s, TREE_FLOAT, many);
-    for (int bundle = 0; bundle < BUNDLE_COUNT; bundle++) check_bundle(q, kind, (Bundle)bundle, &s, a, plain);
+    Accel *a = accel_of(&s, (TreeOptions){layout, quality}, many);
+    Accel *plain = accel_of(&s, (TreeOptions){TREE_FLOAT, quality}, many);
+    check_bundles(a, plain, &s, kind, q);
     accel_destroy(a);
     accel_destroy(plain);
     soup_finish(&s);
@@ -138,14 +144,37 @@ static void check_layout(TreeLayout layout)
   free(q);
 }
 
-TEST(batches_equal_brute_force) { check_layout(TREE_FLOAT); }
-TEST(batches_of_compact_trees_equal_brute_force) { check_layout(TREE_COMPACT); }
+TEST(batches_through_pieces_equal_brute_force)
+{
+  Asked *q = malloc(sizeof *q);
+  for (int k = 0; k < 4; k++) {
+    const bool many = k & 1;
+    Soup s = boards(40, 500, many ? v3(30, -40, 10) : v3_all(0));
+    Accel *a = accel_of(&s, (TreeOptions){k & 2 ? TREE_COMPACT : TREE_FLOAT, TREE_BEST}, many);
+    Accel *plain = accel_of(&s, (TreeOptions){TREE_FLOAT, TREE_BEST}, many);
+    CHECK(a->instances[0].mesh->has_pieces);
+    check_bundles(a, plain, &s, 100 + k, q);
+    accel_destroy(a);
+    accel_destroy(plain);
+    soup_finish(&s);
+  }
+  free(q);
+}
+
+TEST(batches_equal_brute_force)
+{
+  check_layout(TREE_FLOAT);
+}
+TEST(batches_of_compact_trees_equal_brute_force)
+{
+  check_layout(TREE_COMPACT);
+}
 
 TEST(any_number_of_rays_filters_and_masks)
 {
   Asked *q = malloc(sizeof *q);
   Soup s = nasty_soup(RANDOM, 300);
-  Accel *a = accel_of(&s, TREE_FLOAT, true);
+  Accel *a = accel_of(&s, (TreeOptions){0}, true);
   for (size_t i = 0; i < a->instance_count; i++) {
     a->instances[i].mask = (uint8_t)(i % 3 ? RAY_ALL : RAY_CAMERA);
     a->instances[i].has_filter = i % 2;

@@ -95,18 +95,18 @@ static long missed_of(const Accel *a, const PackedRay *rays)
 
 TEST(closed_meshes_have_no_holes)
 {
-  const size_t count = 2 * (sizeof kinds / sizeof *kinds); // in either layout
+  const size_t count = 4 * (sizeof kinds / sizeof *kinds); // each in either layout and quality
   const long rounds = asked("RAYFOLD_RAYS", RAYS) / AT_ONCE / (long)count + 1;
   const uint32_t seed = (uint32_t)asked("RAYFOLD_SEED", 0);
   for (size_t k = 0; k < count; k++) {
-    Soup s = closed_soup(&kinds[k / 2]);
-    Accel *a = accel_of(&s, k % 2 ? TREE_COMPACT : TREE_FLOAT, false);
+    Soup s = closed_soup(&kinds[k / 4]);
+    Accel *a = accel_of(&s, (TreeOptions){(TreeLayout)(k & 1), (TreeQuality)(k >> 1 & 1)}, false);
     long missed = 0;
     for (long round = 0; round < rounds; round++) {
       Random r = {hash_combine(hash_combine(seed, (uint32_t)k), (uint32_t)round)};
       PackedRay rays[AT_ONCE];
       for (int i = 0; i < AT_ONCE; i++) {
-        const Ray ray = ray_to_edge(&kinds[k / 2], &s, &r);
+        const Ray ray = ray_to_edge(&kinds[k / 4], &s, &r);
         rays[i] = ray_pack(&ray);
       }
       missed += missed_of(a, rays);

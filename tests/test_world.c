@@ -76,7 +76,7 @@ TEST(the_next_world_shares_what_did_not_change)
   world_release(second);
 }
 
-TEST(compact_trees_are_built_when_asked_for)
+TEST(another_kind_of_tree_is_built_anew)
 {
   Err err = {0};
   Scene *s = scene_create(&err);
@@ -84,14 +84,17 @@ TEST(compact_trees_are_built_when_asked_for)
   World *first = world_prepare(s, NULL, NULL, NULL, NULL, &err);
   s->render.compact = true;
   World *second = world_prepare(s, first, NULL, NULL, NULL, &err), *third = world_prepare(s, second, NULL, NULL, NULL, &err);
-  CHECK(first && second && third);
+  s->render.tree = SCENE_TREE_BEST;
+  World *best = world_prepare(s, third, NULL, NULL, NULL, &err), *again = world_prepare(s, best, NULL, NULL, NULL, &err);
+  World *worlds[] = {first, second, third, best, again};
+  CHECK(first && second && third && best && again);
   CHECK(second->tree_bytes < first->tree_bytes && third->tree_bytes == second->tree_bytes);
   CHECK(first->parts->meshes.items[0].tree != second->parts->meshes.items[0].tree);
   CHECK(second->parts->meshes.items[0].tree == third->parts->meshes.items[0].tree);
+  CHECK(third->parts->meshes.items[0].tree != best->parts->meshes.items[0].tree);
+  CHECK(best->parts->meshes.items[0].tree == again->parts->meshes.items[0].tree);
   scene_destroy(s);
-  world_release(first);
-  world_release(second);
-  world_release(third);
+  for (int i = 0; i < 5; i++) world_release(worlds[i]);
 }
 
 static double merged_area(const MeshData *m)

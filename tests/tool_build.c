@@ -1,8 +1,9 @@
 // How fast is a mesh's tree built, and how good is it? Not a test: a tool to run by hand.
 //
-//   tool_build [-c] [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]
+//   tool_build [-c] [-q fast|best] [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]
 //
-// -c builds a compact tree. For the mesh one line, times being wall time, bytes a triangle kept by the tree and at most during the build:
+// -c builds a compact tree. For the mesh one line, times being wall time, bytes a triangle kept by the tree and at most
+// during the build:
 //   build,rayfold,MESH,TRIANGLES,QUALITY,THREADS,BEST s,MEDIAN s,BEST Mtri/s,MEDIAN Mtri/s,KEPT,PEAK,NODE SAH,LEAF SAH
 // The cost (SAH) is the expected number of nodes and of leaf blocks a random line through the scene's box visits:
 // areas of their boxes over that of the scene's, summed (Goldsmith and Salmon 1987; MacDonald and Booth 1990).
@@ -21,13 +22,18 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+static const char *const quality_names[] = {"fast", "best"};
+
 typedef struct Options {
   int threads, repeats;
   IsaLevel level;
   TreeOptions tree;
 } Options;
 
-static const char *quality(const Options *o) { return o->tree.layout == TREE_COMPACT ? "compact" : "fast"; }
+static const char *quality(const Options *o)
+{
+  return o->tree.layout == TREE_COMPACT ? "compact" : quality_names[o->tree.quality];
+}
 
 static int by_value(const void *a, const void *b)
 {
@@ -38,8 +44,8 @@ static int by_value(const void *a, const void *b)
 static MeshTree *build(const MeshFile *m, const Options *o, Jobs *jobs)
 {
   Err err = {0};
-  MeshTree *t =
-      mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, o->tree, jobs, NULL, &err);
+  MeshTree *t = mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, o->tree, jobs,
+                                NULL, &err);
   if (!t) die(err.text, m->name);
   return t;
 }
@@ -113,8 +119,12 @@ static double peak_bytes(const MeshFile *m, const Options *o)
 static void measure_rays(const MeshFile *m, MeshTree *tree, const char *path, const Options *o)
 {
   RayFile r = read_rays(path);
-  const Instance one = {.world_from_object = frame_identity(), .object_from_world = frame_identity(), .mesh = tree,
-                        .kind = INSTANCE_MESH, .mask = RAY_ALL, .is_identity = true};
+  const Instance one = {.world_from_object = frame_identity(),
+                        .object_from_world = frame_identity(),
+                        .mesh = tree,
+                        .kind = INSTANCE_MESH,
+                        .mask = RAY_ALL,
+                        .is_identity = true};
   Accel *a = accel_build(&one, 1, NULL, NULL, NULL);
   const HotTable *hot = hot_table(o->level);
   Hit *hits = mem_alloc(r.count, sizeof *hits);
@@ -124,8 +134,10 @@ static void measure_rays(const MeshFile *m, MeshTree *tree, const char *path, co
   double best = INFINITY;
   for (int i = 0; i <= o->repeats; i++) { // the first run warms the caches
     const double start = seconds(CLOCK_THREAD_CPUTIME_ID);
-    if (r.is_any) hot->any_n(a, r.rays, blocked, r.count);
-    else hot->closest_n(a, r.rays, hits, r.count);
+    if (r.is_any)
+      hot->any_n(a, r.rays, blocked, r.count);
+    else
+      hot->closest_n(a, r.rays, hits, r.count);
     const double time = seconds(CLOCK_THREAD_CPUTIME_ID) - start;
     if (i && time < best) best = time;
   }
@@ -140,11 +152,12 @@ static void measure_rays(const MeshFile *m, MeshTree *tree, const char *path, co
                                 : accel_closest(a, &ray, RAY_ALL, NULL, NULL, &c, &hit);
     const bool expected = r.hits[i].prim != NO_HIT;
     flips += found != expected;
-    if (found && expected && !r.is_any) far += fabs(hit.t - r.hits[i].t) > 1e-4 * fmax(r.hits[i].t, 1e-3 * size);
+    if (found && expected && !r.is_any)
+      far += fabs(hit.t - r.hits[i].t) > 1e-4 * fmax(r.hits[i].t, 1e-3 * size);
   }
   printf("rays,rayfold,%s,%s,%s,%.3f,%.3f,%.3f,%llu,%llu\n", m->name, quality(o), r.name,
-         (double)c.nodes / (double)r.count - 1, (double)c.prims / (double)r.count, 1e-6 * (double)r.count / best, (unsigned long long)flips,
-         (unsigned long long)far);
+         (double)c.nodes / (double)r.count - 1, (double)c.prims / (double)r.count,
+         1e-6 * (double)r.count / best, (unsigned long long)flips, (unsigned long long)far);
   fflush(stdout);
   accel_destroy(a);
   mem_free(hits);
@@ -171,8 +184,9 @@ static MeshTree *measure_build(const MeshFile *m, const Options *o)
   double nodes, leaves;
   tree_cost(tree, &nodes, &leaves);
   const double n = (double)m->triangle_count, median = times[repeats / 2];
-  printf("build,rayfold,%s,%.0f,%s,%d,%.4f,%.4f,%.2f,%.2f,%.1f,%.1f,%.3f,%.3f\n", m->name, n, quality(o), o->threads,
-         times[0], median, 1e-6 * n / times[0], 1e-6 * n / median, (double)mesh_tree_bytes(tree) / n, peak / n, nodes, leaves);
+  printf("build,rayfold,%s,%.0f,%s,%d,%.4f,%.4f,%.2f,%.2f,%.1f,%.1f,%.3f,%.3f\n", m->name, n, quality(o),
+         o->threads, times[0], median, 1e-6 * n / times[0], 1e-6 * n / median,
+         (double)mesh_tree_bytes(tree) / n, peak / n, nodes, leaves);
   fflush(stdout);
   jobs_destroy(jobs);
   return tree;
@@ -187,18 +201,36 @@ static IsaLevel level_named(const char *name)
   return ISA_REF;
 }
 
+static TreeQuality quality_named(const char *name)
+{
+  for (int i = TREE_FAST; i <= TREE_BEST; i++) {
+    if (!strcmp(quality_names[i], name)) return (TreeQuality)i;
+  }
+  die("no such quality", name);
+  return TREE_FAST;
+}
+
 int main(int argc, char **argv)
 {
   Options o = {.threads = 1, .repeats = 5, .level = cpu_best_isa()};
   int i;
-  while ((i = getopt(argc, argv, "ct:n:i:")) != -1) {
-    if (i == 'c') o.tree.layout = TREE_COMPACT;
-    else if (i == 't') o.threads = atoi(optarg);
-    else if (i == 'n') o.repeats = atoi(optarg) > 0 ? atoi(optarg) : 1;
-    else if (i == 'i') o.level = level_named(optarg);
-    else return 64;
+  while ((i = getopt(argc, argv, "ct:n:i:q:")) != -1) {
+    if (i == 'c')
+      o.tree.layout = TREE_COMPACT;
+    else if (i == 't')
+      o.threads = atoi(optarg);
+    else if (i == 'n')
+      o.repeats = atoi(optarg) > 0 ? atoi(optarg) : 1;
+    else if (i == 'q')
+      o.tree.quality = quality_named(optarg);
+    else if (i == 'i')
+      o.level = level_named(optarg);
+    else
+      return 64;
   }
-  if (optind >= argc) die("usage: [-c] [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]", argv[0]);
+  if (optind >= argc) {
+    die("usage: [-c] [-q fast|best] [-t THREADS] [-n REPEATS] [-i LEVEL] MESH.rtm [RAYS.rays ...]", argv[0]);
+  }
   MeshFile m = read_mesh(argv[optind++]);
   MeshTree *tree = measure_build(&m, &o);
   for (; optind < argc; optind++) measure_rays(&m, tree, argv[optind], &o);

@@ -145,7 +145,8 @@ RF_API bool rf_move_vertices(rf_scene *s, rf_object o, const float *positions, c
 RF_API bool rf_remove(rf_scene *s, rf_object o);
 
 // --- world: the prepared scene ----------------------------------------------------------------------
-// Shares with previous (may be NULL) whatever did not change. Both stay valid on their own; the scene may be
+// Shares with previous (may be NULL) whatever did not change. The field "render.tree" chooses between trees that are
+// built fast and trees that are traced fast: rf_set(s, "render.tree", "\"best\""). Both worlds stay valid on their own; the scene may be
 // edited or destroyed afterwards. Fails with RF_CANCELLED after rf_cancel().
 RF_API rf_world *rf_prepare(rf_scene *s, const rf_world *previous);
 RF_API void rf_world_destroy(rf_world *w);

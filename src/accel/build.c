@@ -65,9 +65,10 @@ bool build_init(Build *b, size_t count, Err *err)
   b->count = count;
   if (!b->leaf_size) b->leaf_size = 8;
   if (count == 0) return true;
-  b->refs = mem_alloc(count, sizeof *b->refs);
+  b->room = b->clip ? spatial_room(count) : count;
+  b->refs = mem_alloc(b->room, sizeof *b->refs);
   if (b->refs) return true;
-  return err_memory(err, "building a tree", (unsigned long long)count * sizeof *b->refs);
+  return err_memory(err, "building a tree", (unsigned long long)b->room * sizeof *b->refs);
 }
 
 void build_finish(Build *b)
@@ -542,24 +543,34 @@ static bool split_subtrees(Splitter *s)
 
 static bool split_all(Splitter *s)
 {
-  Build *b = s->build;
-  b->top = mem_zero(1, sizeof *b->top);
+  const Build *b = s->build;
   s->scratch = mem_zero(s->worker_count, sizeof *s->scratch);
-  if (!b->top || !s->scratch) return false;
-  b->top->prims = mem_alloc(b->count, sizeof *b->top->prims);
-  if (!b->top->prims) return false;
+  if (!s->scratch) return false;
   const size_t share = b->count / 64;
   s->subtree_size = (uint32_t)(share < LEAST_SUBTREE ? LEAST_SUBTREE : share > MOST_SUBTREE ? MOST_SUBTREE : share);
   return split_top(s) && split_subtrees(s);
+}
+
+static bool object_split(Build *b)
+{
+  Splitter s = {.build = b, .worker_count = (size_t)jobs_thread_count(b->jobs)};
+  const bool ok = split_all(&s);
+  splitter_finish(&s);
+  return ok;
+}
+
+static bool top_init(Build *b)
+{
+  b->top = mem_zero(1, sizeof *b->top);
+  if (b->top) b->top->prims = mem_alloc(b->room, sizeof *b->top->prims);
+  return b->top && b->top->prims;
 }
 
 bool build_split(Build *b, Err *err)
 {
   b->bounds = bounds_empty();
   if (b->count == 0) return true;
-  Splitter s = {.build = b, .worker_count = (size_t)jobs_thread_count(b->jobs)};
-  bool ok = split_all(&s);
-  splitter_finish(&s);
+  bool ok = top_init(b) && (b->clip ? spatial_split(b) : object_split(b));
   mem_free(b->refs);
   b->refs = NULL;
   ok = ok && wide_plan(b);

@@ -2,6 +2,8 @@
 // and says what a leaf becomes.
 //
 //   references -> split: a binary tree, by the surface-area heuristic     build.c, build_bins.h, build_small.c
+//                 or one in which references may be cut in pieces         build_spatial.c
+//                 and nodes have moved to where they cost least           build_reinsert.c
 //              -> collapse: which binary nodes become wide ones, by cost  build_wide.c
 //              -> counts known, caller allocates -> emit                  build_wide.c
 //
@@ -16,9 +18,17 @@
 // A box to be put in the tree. lo[3] holds the bits of the primitive's number.
 typedef Bounds BuildRef;
 
+// The box of what of a primitive lies between two planes across an axis. Must be wide enough that every hit on the
+// primitive is in the box of a piece whichever way it is cut, see TRI_SLACK. May be empty.
+typedef Bounds RefClip(const void *user, uint32_t prim, int axis, float lo, float hi);
+
 typedef struct Build {
   BuildRef *refs; // owned; gone after build_split
-  size_t count;
+  size_t count;   // of primitives
+  size_t room;    // for references, pieces included
+  RefClip *clip;  // NULL: nothing is cut in pieces
+  const void *clip_user;
+  bool has_pieces; // after build_split: something was
   uint32_t leaf_size; // most primitives in a leaf: 1, 2, 4 or 8
   Jobs *jobs;
   const Cancel *cancel;
@@ -27,7 +37,7 @@ typedef struct Build {
   struct BuildTop *top;          // private
 } Build;
 
-// Room for so many references; the caller then fills refs[0..count), and may lower count. False: no memory.
+// Room for so many primitives; the caller then fills refs[0..count), and may lower count. False: no memory.
 bool build_init(Build *b, size_t count, Err *err);
 bool build_split(Build *b, Err *err); // false: no memory or cancelled
 void build_finish(Build *b);          // accepts zero

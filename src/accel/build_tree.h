@@ -66,6 +66,15 @@ static inline uint32_t tree_add_pair(BinaryTree *t, uint32_t parent, uint32_t pr
 // set, and writes their primitives. False: no memory.
 bool small_split(const Build *b, BinaryTree *t, uint32_t node, uint32_t first, uint32_t count);
 
+// build_spatial.c: as many references as fit in the room that so many primitives are given, and all of the splitting
+// when primitives may be cut. False: no memory, or cancelled.
+size_t spatial_room(size_t prim_count);
+bool spatial_split(Build *b);
+
+// build_reinsert.c: makes a subtree cheaper by moving nodes about in it; its ref_count primitives, which lie from first
+// on, change their order. Leaves it as it is when it would grow deeper than most_depth. False: no memory.
+bool tree_reinsert(const Build *b, BinaryTree *t, int most_depth, uint32_t first, uint32_t ref_count);
+
 // build_wide.c. Decides for one piece what becomes of it; cost has room for a row a node.
 void wide_collapse(const Build *b, BinaryTree *t, float (*cost)[8], bool by_depth);
 // The nodes above the subtrees, then the numbering of everything. False: no memory.

@@ -153,6 +153,7 @@ static bool refit_all(Refit *r, Err *err)
   t->node_count = old->node_count;
   t->block_count = old->block_count;
   t->triangle_count = old->triangle_count;
+  t->quality = old->quality; // though without its pieces: boxes are those of whole triangles again
   if (t->node_count) t->nodes = mem_alloc(t->node_count, sizeof *t->nodes);
   if (t->node_count) r->states = mem_alloc(t->node_count, sizeof *r->states);
   if (t->block_count) t->blocks = mem_alloc(t->block_count, sizeof *t->blocks);
@@ -199,7 +200,7 @@ MeshTree *refit_run(Refit *r, Err *err)
   if (!is_hopeless) return NULL;
   r->rebuilt_count = r->mesh.triangle_count;
   return mesh_tree_build(r->mesh.positions, r->mesh.vertex_count, r->mesh.triangles, r->mesh.triangle_count,
-                         (TreeOptions){r->old->layout}, r->jobs,
+                         (TreeOptions){r->old->layout, r->old->quality}, r->jobs,
                          r->cancel, err);
 }
 

@@ -18,6 +18,33 @@ typedef struct MeshInput {
   MeshTree *tree;
 } MeshInput;
 
+static Vec3 corner_of(const MeshInput *in, size_t i, int c)
+{
+  return v3_load(in->mesh.positions + 3 * (size_t)in->mesh.triangles[3 * i + (size_t)c]);
+}
+
+// A RefClip: the corners between the planes, and where edges meet these, widened by the margin of geom/triangle.h.
+static Bounds clip_triangle(const void *user, uint32_t prim, int axis, float lo, float hi)
+{
+  const Vec3 v[3] = {corner_of(user, prim, 0), corner_of(user, prim, 1), corner_of(user, prim, 2)};
+  const float planes[2] = {lo, hi};
+  Bounds b = bounds_empty();
+  for (int i = 0; i < 3; i++) {
+    const Vec3 p = v[i], q = v[i == 2 ? 0 : i + 1];
+    const float from = p[axis], to = q[axis];
+    if (from >= lo && from <= hi) bounds_add_point(&b, p);
+    for (int side = 0; side < 2; side++) {
+      const float plane = planes[side];
+      if ((from < plane) == (to < plane)) continue;
+      bounds_add_point(&b, p + (plane - from) / (to - from) * (q - p));
+    }
+  }
+  const Bounds own = corners_bounds(v);
+  const float box[6] = {own.lo[0], own.hi[0], own.lo[1], own.hi[1], own.lo[2], own.hi[2]};
+  const Vec3 margin = v3_all(tri_margin(box));
+  return (Bounds){lanes_max(b.lo - margin, own.lo), lanes_min(b.hi + margin, own.hi)};
+}
+
 static void gather_chunk(void *user, size_t chunk, int worker)
 {
   (void)worker;
@@ -52,11 +79,23 @@ static bool gather(MeshInput *in, Err *err)
   return ok || err_set(err, ERR_CANCELLED, "building a tree was cancelled");
 }
 
+// The triangles of a leaf, each once though several of its pieces may be there; NO_HIT in the lanes left over.
+static void own_prims(const uint32_t *prims, uint32_t count, uint32_t out[8])
+{
+  uint32_t own_count = 0;
+  for (uint32_t i = 0; i < count; i++) {
+    bool is_new = true;
+    for (uint32_t k = 0; k < own_count; k++) is_new &= out[k] != prims[i];
+    if (is_new) out[own_count++] = prims[i];
+  }
+  while (own_count < 8) out[own_count++] = NO_HIT;
+}
+
 static uint32_t emit_block(void *user, size_t leaf_i, const uint32_t *prims, uint32_t count)
 {
   const MeshInput *in = user;
   uint32_t prim[8];
-  for (uint32_t lane = 0; lane < 8; lane++) prim[lane] = lane < count ? prims[lane] : NO_HIT;
+  own_prims(prims, count, prim);
   block_fill(&in->tree->blocks[leaf_i], &in->mesh, prim);
   return (uint32_t)leaf_i;
 }
@@ -64,8 +103,7 @@ static uint32_t emit_block(void *user, size_t leaf_i, const uint32_t *prims, uin
 static uint32_t emit_compact_leaf(void *user, size_t leaf_i, const uint32_t *prims, uint32_t count)
 {
   const MeshInput *in = user;
-  CompactLeaf *leaf = &in->tree->compact_leaves[leaf_i];
-  for (uint32_t lane = 0; lane < 8; lane++) leaf->prim[lane] = lane < count ? prims[lane] : NO_HIT;
+  own_prims(prims, count, in->tree->compact_leaves[leaf_i].prim);
   return (uint32_t)leaf_i;
 }
 
@@ -108,6 +146,7 @@ static bool fill_tree(MeshInput *in, Err *err)
   MeshTree *t = in->tree;
   t->bounds = b->bounds;
   t->triangle_count = b->count;
+  t->has_pieces = b->has_pieces;
   t->node_count = b->node_count;
   t->block_count = b->leaf_count;
   return t->layout == TREE_COMPACT ? fill_compact(in, err) : fill_float(in, err);
@@ -129,8 +168,13 @@ MeshTree *mesh_tree_build(const float *positions, size_t vertex_count, const uin
   }
   atomic_init(&t->users, 1);
   t->layout = options.layout;
+  t->quality = options.quality;
   Build b = {.jobs = jobs, .cancel = cancel};
   MeshInput in = {{positions, vertex_count, triangles, triangle_count}, &b, NULL, t};
+  if (options.quality == TREE_BEST) {
+    b.clip = clip_triangle;
+    b.clip_user = &in;
+  }
   const bool ok = fill_tree(&in, err);
   build_finish(&b);
   if (ok) return t;

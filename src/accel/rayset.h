@@ -303,4 +303,37 @@ static inline unsigned rayset_triangle(const RaySet *s, int g, const SeenBlock *
   return inside & ~wx_eq(det, none) & wx_lt(wx_load(s->tmin + at), h->t) & wx_le(h->t, tmax);
 }
 
+// Which of a group's rays meet the boxes about their points of hit on triangle i, and where: tri8_point_near in lanes.
+// *near is changed where they do.
+static inline unsigned rayset_point(RaySet *s, int g, const Tri8 *b, int i, const LaneHits *h, unsigned asked,
+                                    wx *near)
+{
+  const int at = g * WIDEST;
+  const wx det = h->e[0] + h->e[1] + h->e[2], w[3] = {h->e[0] / det, h->e[1] / det, h->e[2] / det};
+  float box[6], exact[WIDEST];
+  tri8_box(b, i, box);
+  const float slack = tri_slack(box);
+  wx t0 = wx_load(s->tmin + at), t1 = wx_set(FLT_MAX);
+  for (int k = 0; k < 3; k++) {
+    const wx point = w[0] * b->v[0][k][i] + w[1] * b->v[1][k][i] + w[2] * b->v[2][k][i],
+             o = wx_load(s->o[k] + at);
+    const wx lo = wx_max(point - slack, wx_set(box[2 * k])),
+             hi = wx_min(point + slack, wx_set(box[2 * k + 1]));
+    const bool is_backward = s->near_row[k] & 1;
+    t0 = wx_max(((is_backward ? hi : lo) - o) * wx_load(s->inv[k] + at), t0);
+    t1 = wx_min(((is_backward ? lo : hi) - o) * wx_load(s->inv_far[k] + at), t1);
+  }
+  unsigned met = wx_le(t0, t1) & asked;
+  *near = t0;
+  if (__builtin_expect(met == asked, 1)) return met;
+  wx_store(exact, t0);
+  for (unsigned left = asked & ~met; left; left &= left - 1) {
+    const int k = __builtin_ctz(left);
+    exact[k] = tri8_exact_near(b, i, box, rayset_ray(s, at + k));
+    met |= (unsigned)(exact[k] < INFINITY) << k;
+  }
+  *near = wx_load(exact);
+  return met;
+}
+
 #endif

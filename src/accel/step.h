@@ -4,8 +4,9 @@
 // The answer does not depend on the trees. A hit on a primitive counts when the ray passes the primitive's own test,
 // its own box and its instance's box; its t is raised to where the ray enters those boxes. Boxes are nested and
 // their test is monotone, so whatever a box hides for being missed or farther than the best hit could not have won.
-// Of equal t the smallest (instance, prim) wins. Hence a tree gives bit for bit what testing everything gives
-// (accel/brute.h), at every level, for every shape of tree and every order of walking.
+// In a tree of pieces the box of a triangle is cut down to one about the point where it is hit, which its pieces'
+// boxes contain (geom/triangle.h). Of equal t the smallest (instance, prim) wins. Hence a tree gives bit for bit what
+// testing everything gives (accel/brute.h), at every level, for every shape of tree and every order of walking.
 
 #ifndef RAYFOLD_ACCEL_STEP_H
 #define RAYFOLD_ACCEL_STEP_H
@@ -126,11 +127,18 @@ static inline bool take_hit(Query *q, const Visit *v, const Hit *h)
   return true;
 }
 
+// Where the ray enters the box that a hit on the triangle must be in; infinity when it misses that.
+static inline float triangle_near(const Visit *v, const Tri8 *b, int i, float e0, float e1, float e2)
+{
+  return v->instance->mesh->has_pieces ? tri8_point_near(b, i, v->ray, e0, e1, e2)
+                                       : tri8_box_near(b, i, v->ray);
+}
+
 // One triangle that the ray passes through at t, by its edge functions.
 static inline bool take_triangle(Query *q, const Visit *v, const Tri8 *b, int i, float t, float e0, float e1,
                                  float e2)
 {
-  const float at = max_f(max_f(t, tri8_box_near(b, i, v->ray)), v->near);
+  const float at = max_f(max_f(t, triangle_near(v, b, i, e0, e1, e2)), v->near);
   if (!is_better(&q->best, at, v->instance_i, b->prim[i]) || !tri8_is_ahead(b, i, v->ray)) return false;
   const float det = e0 + e1 + e2;
   const Hit hit = {at, e1 / det, e2 / det, b->prim[i], v->instance_i};

@@ -251,6 +251,7 @@ static inline void stream_triangle(Stream *s, RaySet *rays, const Visit *v, cons
   float box[6];
   tri8_box(b, i, box);
   bits &= rayset_box(rays, g, box, wx_set(FLT_MAX), &near);
+  if (v->instance->mesh->has_pieces && bits) bits = rayset_point(rays, g, b, i, &h, bits, &near);
   const wx t = wx_max(wx_max(h.t, near), wx_load(s->near + at));
   const unsigned equal = wx_eq(t, best) & bits;
   bits &= wx_lt(t, best);

@@ -62,6 +62,7 @@ typedef struct CompactLeaf {
 struct MeshTree {
   atomic_int users;
   TreeLayout layout;
+  TreeQuality quality; // it was built with
   uint32_t root; // child code
   // Of TREE_FLOAT, else NULL; owned. Each block has at least one triangle, though perhaps not to be hit.
   Node8 *nodes;
@@ -73,6 +74,7 @@ struct MeshTree {
   const uint32_t *triangles;
   size_t node_count, block_count, triangle_count;
   Bounds bounds;
+  bool has_pieces; // triangles may be in several leaves, each under the box of its piece: see build_spatial.c
 };
 
 struct Accel {

@@ -24,7 +24,10 @@ typedef struct Tri8Hits {
 
 // The paper's fallback: an edge function that is exactly zero may be so by rounding, and is done again in double,
 // where the products are exact.
-static inline float exact_edge(float a, float b, float c, float d) { return (float)((double)a * b - (double)c * d); }
+static inline float exact_edge(float a, float b, float c, float d)
+{
+  return (float)((double)a * b - (double)c * d);
+}
 
 static inline void tri8_exact_edges(Tri8Hits *h, int i, const float x[3][8], const float y[3][8])
 {
@@ -95,6 +98,82 @@ static inline float tri8_box_near(const Tri8 *b, int i, const TreeRay *r)
   return tree_ray_box(r, box, FLT_MAX);
 }
 
+// Where trees hold pieces of triangles (accel/build_spatial.c), a hit is a point, and its box, of TRI_SLACK to either
+// side, has to be met as well. The box tells which pieces the ray must have come through: those the point lies in,
+// once they are widened by tri_margin. That covers the box's half side, and as much again for the rounding of the
+// point (7 * 2^-24 of the vertices), of its box (2) and of the clipping (11).
+//
+// The half side itself is what a ray may be off the point because of the edge functions' rounding: about
+// 2^-24 * size / width for a triangle seen as a needle. Up to a ratio of 1024 the box is large enough, and beyond
+// that the point is computed anew in double. As much as the vertices' own rounding, 2^-19, is added for triangles
+// far from the origin, and FLT_MIN where that is denormal.
+#define TRI_SLACK 0x1p-14f
+
+static inline float tri_slack(const float box[6])
+{
+  float size = 0, away = 0;
+  for (int k = 0; k < 3; k++) {
+    size = max_f(box[2 * k + 1] - box[2 * k], size);
+    away = max_f(max_f(box[2 * k + 1], -box[2 * k]), away);
+  }
+  return TRI_SLACK * size + 0x1p-19f * away + 8 * FLT_MIN;
+}
+
+static inline float tri_margin(const float box[6])
+{
+  return 2 * tri_slack(box);
+}
+
+// Where the ray enters the box about a point of a triangle, cut by the triangle's own box.
+static inline float tri_point_near(const float box[6], const float point[3], const TreeRay *r)
+{
+  const float slack = tri_slack(box);
+  float about[6];
+  for (int k = 0; k < 3; k++) {
+    about[2 * k] = max_f(point[k] - slack, box[2 * k]);
+    about[2 * k + 1] = min_f(point[k] + slack, box[2 * k + 1]);
+  }
+  return tree_ray_box(r, about, FLT_MAX);
+}
+
+// The same by a point found in double; what lies beyond an edge is brought back to it. Infinity when there is none.
+static inline float tri8_exact_near(const Tri8 *b, int i, const float box[6], const TreeRay *r)
+{
+  const uint32_t axes[3] = {r->kx, r->ky, r->kz};
+  double v[3][3];
+  for (int c = 0; c < 3; c++) {
+    for (int k = 0; k < 3; k++) v[c][k] = (double)b->v[c][axes[k]][i] - r->o[axes[k]];
+    for (int k = 0; k < 2; k++) v[c][k] -= (double)r->d[axes[k]] / r->d[r->kz] * v[c][2];
+  }
+  double e[3], sum = 0, inside = 0;
+  for (int c = 0; c < 3; c++) {
+    const double *p = v[c == 0 ? 2 : c - 1], *q = v[c == 2 ? 0 : c + 1];
+    e[c] = p[0] * q[1] - p[1] * q[0];
+    sum += e[c];
+  }
+  for (int c = 0; c < 3; c++) {
+    e[c] = fmax(sum < 0 ? -e[c] : e[c], 0);
+    inside += e[c];
+  }
+  if (!(inside > 0 && inside < INFINITY)) return INFINITY;
+  float point[3];
+  for (int k = 0; k < 3; k++) {
+    point[k] = (float)((e[0] * b->v[0][k][i] + e[1] * b->v[1][k][i] + e[2] * b->v[2][k][i]) / inside);
+  }
+  return tri_point_near(box, point, r);
+}
+
+// Where the ray enters the box about its point of hit, given the edge functions there; infinity when it misses it.
+static inline float tri8_point_near(const Tri8 *b, int i, const TreeRay *r, float e0, float e1, float e2)
+{
+  const float det = e0 + e1 + e2, w[3] = {e0 / det, e1 / det, e2 / det};
+  float box[6], point[3];
+  tri8_box(b, i, box);
+  for (int k = 0; k < 3; k++) point[k] = w[0] * b->v[0][k][i] + w[1] * b->v[1][k][i] + w[2] * b->v[2][k][i];
+  const float near = tri_point_near(box, point, r);
+  return near < INFINITY ? near : tri8_exact_near(b, i, box, r);
+}
+
 // Whether the triangle's plane lies beyond tmin when measured in double. The float distance of a large triangle is
 // off by its size times 2^-24, so that a ray leaving it by a few ulps may seem to hit it again. There is no doubt
 // when all three vertices lie ahead along the ray's longest axis, since rounding moves a vertex by 2^-24 of its
@@ -110,7 +189,8 @@ static inline bool tri8_is_ahead(const Tri8 *b, int i, const TreeRay *r)
     e2[k] = (double)b->v[2][k][i] - b->v[0][k][i];
     to[k] = (double)b->v[0][k][i] - r->o[k];
   }
-  const double n[3] = {e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2], e1[0] * e2[1] - e1[1] * e2[0]};
+  const double n[3] = {e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2],
+                       e1[0] * e2[1] - e1[1] * e2[0]};
   const double along = n[0] * r->d[0] + n[1] * r->d[1] + n[2] * r->d[2];
   const double away = n[0] * to[0] + n[1] * to[1] + n[2] * to[2];
   return along > 0 ? away > r->tmin * along : along < 0 && away < r->tmin * along;

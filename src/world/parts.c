@@ -40,7 +40,7 @@ void parts_finish(WorldParts *p)
 // What was built with other options is of no use.
 static MeshTree *share_tree(const WorldParts *p, const WorldParts *previous, int32_t mesh_i)
 {
-  const bool is_alike = mesh_i >= 0 && previous->tree_options.layout == p->tree_options.layout;
+  const bool is_alike = mesh_i >= 0 && !memcmp(&previous->tree_options, &p->tree_options, sizeof p->tree_options);
   return is_alike ? mesh_tree_share(previous->meshes.items[mesh_i].tree) : NULL;
 }
 static uint64_t origin_key(const MeshData *data) { return (uintptr_t)mesh_data_origin(data); }

@@ -119,6 +119,7 @@ World *world_prepare(const Scene *s, const World *previous, const LoadOptions *o
   atomic_init(&w->users, 1);
   w->parts = parts;
   parts->tree_options.layout = s->render.compact ? TREE_COMPACT : TREE_FLOAT;
+  parts->tree_options.quality = s->render.tree == SCENE_TREE_BEST ? TREE_BEST : TREE_FAST;
   Prepare p = {.scene = s, .options = options, .previous = previous ? previous->parts : NULL, .jobs = jobs,
                .cancel = cancel, .err = err, .world = w, .parts = parts};
   const bool ok = run_steps(&p);
