@@ -74,6 +74,40 @@ void file_release(FileBytes *f)
   *f = (FileBytes){0};
 }
 
+SharedFile *shared_file_open(const char *path, Err *err)
+{
+  const size_t n = strlen(path) + 1;
+  SharedFile *f = mem_zero(1, sizeof *f);
+  if (f) {
+    atomic_init(&f->users, 1);
+    f->path = mem_alloc(n, 1);
+  }
+  if (!f || !f->path) {
+    err_memory(err, path, sizeof *f + n);
+    goto failed;
+  }
+  memcpy(f->path, path, n);
+  if (file_read(&f->bytes, path, err)) return f;
+failed:
+  shared_file_release(f);
+  return NULL;
+}
+
+SharedFile *shared_file_share(SharedFile *f)
+{
+  if (f) atomic_fetch_add_explicit(&f->users, 1, memory_order_relaxed);
+  return f;
+}
+
+void shared_file_release(SharedFile *f)
+{
+  // Acquire-release: nobody may still be reading when the last user takes the bytes away.
+  if (!f || atomic_fetch_sub_explicit(&f->users, 1, memory_order_acq_rel) != 1) return;
+  file_release(&f->bytes);
+  mem_free(f->path);
+  mem_free(f);
+}
+
 static bool write_error(Err *err, const char *path, int why)
 {
   return err_set(err, ERR_IO, "cannot write \"%s\": %s%s", path, strerror(why),
