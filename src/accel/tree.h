@@ -16,6 +16,7 @@
 #define RAYFOLD_ACCEL_TREE_H
 
 #include "accel/accel.h"
+#include "base/file.h"
 #include "geom/triangle.h"
 
 #include <stdatomic.h>
@@ -37,8 +38,9 @@ _Static_assert(sizeof(Node8) == 256, "four cache lines");
 struct MeshTree {
   atomic_int users;
   uint32_t root; // child code
-  Node8 *nodes;  // owned
-  Tri8 *blocks;  // owned; each has at least one triangle
+  SharedFile *file; // a use of the saved model that the arrays lie in, not to be written to; NULL: they are owned
+  Node8 *nodes;
+  Tri8 *blocks;  // each has at least one triangle
   size_t node_count, block_count, triangle_count;
   Bounds bounds;
 };
