@@ -26,14 +26,18 @@ void mesh_data_release(MeshData *m)
 {
   // Acquire-release: the last user must see everything the others did before they let go.
   if (!m || atomic_fetch_sub_explicit(&m->users, 1, memory_order_acq_rel) != 1) return;
-  mem_free(m->positions);
-  mem_free(m->normals);
-  mem_free(m->texcoords[0]);
-  mem_free(m->texcoords[1]);
-  mem_free(m->colors);
-  mem_free(m->tangents);
-  mem_free(m->triangles);
-  mem_free(m->material_slots);
+  if (m->file) {
+    shared_file_release(m->file);
+  } else {
+    mem_free(m->positions);
+    mem_free(m->normals);
+    mem_free(m->texcoords[0]);
+    mem_free(m->texcoords[1]);
+    mem_free(m->colors);
+    mem_free(m->tangents);
+    mem_free(m->triangles);
+    mem_free(m->material_slots);
+  }
   mem_free(m);
 }
 
@@ -119,7 +123,9 @@ void scene_destroy(Scene *s)
   array_finish(&s->models);
   array_finish(&s->objects);
   array_finish(&s->lights);
+  array_finish(&s->sources);
   section_names_finish(s);
+  shared_file_release(s->saved);
   notes_finish(&s->notes);
   arena_finish(&s->arena);
   mem_free(s);

@@ -2,6 +2,7 @@
 
 #include "world/parts.h"
 
+#include "accel/saved_tree.h"
 #include "base/hash.h"
 
 #include <string.h>
@@ -156,6 +157,10 @@ static void build_tree(MeshPart *part, Jobs *jobs, const Cancel *cancel, Err *er
 {
   const MeshData *m = part->data;
   if (part->tree) return;
+  if (saved_tree_is_known(&m->tree)) {
+    part->tree = mesh_tree_open(&m->tree, m->triangle_count, m->file, jobs, err);
+    return;
+  }
   part->tree =
       mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count, jobs, cancel, err);
 }
