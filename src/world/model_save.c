@@ -7,7 +7,7 @@
 #include "scene/rfm.h"
 #include "world/parts.h"
 
-#include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 // What goes into a file besides the scene: for each mesh the bytes of its tree.
@@ -41,10 +41,22 @@ static bool make_trees(SavedTrees *t, const Scene *s, Jobs *jobs, const Cancel *
   return true;
 }
 
+// A scene that took the place of a model it shows would show itself.
+static bool check_models(const Scene *s, const char *path, Err *err)
+{
+  struct stat own, model;
+  for (size_t i = 0; i < s->models.count; i++)
+    if (!stat(path, &own) && !stat(s->models.items[i].file, &model) && own.st_dev == model.st_dev &&
+        own.st_ino == model.st_ino)
+      return err_set(err, ERR_BAD_ARGUMENT,
+                     "%s: the scene itself shows this file; save it under another name", path);
+  return true;
+}
+
 bool model_save(const Scene *s, const char *path, Jobs *jobs, const Cancel *cancel, Err *err)
 {
   SavedTrees t = {0};
-  Scene *moved = scene_move(s, path, err);
+  Scene *moved = check_models(s, path, err) ? scene_move(s, path, err) : NULL;
   const bool ok =
       moved && make_trees(&t, moved, jobs, cancel, err) && rfm_write(moved, t.trees, false, 0, path, err);
   trees_finish(&t);
