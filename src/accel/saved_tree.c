@@ -10,7 +10,7 @@ enum { CHUNK = 4096 }; // nodes or leaves a job: about a megabyte
 
 typedef struct TreeCheck {
   const MeshTree *tree;
-  size_t mesh_triangle_count;
+  uint32_t mesh_triangle_count;
   size_t node_chunks;
   atomic_bool is_bad; // set by any thread, read after all are done
 } TreeCheck;
@@ -47,16 +47,18 @@ static bool is_node_sound(const MeshTree *t, size_t i)
   return true;
 }
 
-// A lane without a triangle must be one that nothing hits: not-a-numbers in one vertex reach every determinant.
-static bool is_block_sound(const Tri8 *b, size_t triangle_count)
+// A lane without a triangle must be one that nothing hits: not-a-numbers in one vertex reach every determinant. All
+// lanes alike and without a branch, since how many of them are used is different in each block.
+static bool is_block_sound(const Tri8 *b, uint32_t triangle_count)
 {
+  const float(*v)[8] = b->v[0];
+  uint32_t bad = 0;
   for (int i = 0; i < 8; i++) {
-    if (b->prim[i] < triangle_count) continue;
-    if (i == 0 || b->prim[i] != NO_HIT) return false;
-    for (int k = 0; k < 3; k++)
-      if (!isnan(b->v[0][k][i])) return false;
+    const uint32_t is_used = b->prim[i] < triangle_count, is_none = b->prim[i] == NO_HIT;
+    const uint32_t is_nan = (v[0][i] != v[0][i]) & (v[1][i] != v[1][i]) & (v[2][i] != v[2][i]);
+    bad |= !(is_used | (is_none & is_nan));
   }
-  return true;
+  return !bad && b->prim[0] != NO_HIT;
 }
 
 static void check_chunk(void *user, size_t item, int worker)
@@ -114,7 +116,7 @@ static bool check_tree(const MeshTree *t, size_t mesh_triangle_count, Jobs *jobs
 {
   if (!is_root_sound(t) || t->triangle_count > mesh_triangle_count) return fail_damaged(t->file, err);
   const size_t node_chunks = (t->node_count + CHUNK - 1) / CHUNK;
-  TreeCheck c = {.tree = t, .mesh_triangle_count = mesh_triangle_count, .node_chunks = node_chunks};
+  TreeCheck c = {.tree = t, .mesh_triangle_count = (uint32_t)mesh_triangle_count, .node_chunks = node_chunks};
   atomic_init(&c.is_bad, false);
   jobs_run(jobs, node_chunks + (t->block_count + CHUNK - 1) / CHUNK, check_chunk, &c, NULL);
   if (atomic_load(&c.is_bad)) return fail_damaged(t->file, err);
