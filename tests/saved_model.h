@@ -74,9 +74,10 @@ static inline const char *saved_write_gltf(void)
                "{\"bufferView\":0,\"byteOffset\":32,\"componentType\":5126,\"count\":4,\"type\":\"VEC4\"},"
                "{\"bufferView\":1,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}],");
   text_add(&t, "\"images\":[{\"bufferView\":2,\"mimeType\":\"image/png\"},{\"uri\":\"paper.png\"}],"
-               "\"textures\":[{\"source\":0},{\"source\":1}],"
+               "\"samplers\":[{\"wrapS\":33071}],"
+               "\"textures\":[{\"source\":0},{\"source\":1},{\"source\":0,\"sampler\":0}],"
                "\"materials\":[{\"doubleSided\":true,\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":1},"
-               "\"metallicRoughnessTexture\":{\"index\":0}},\"emissiveTexture\":{\"index\":0},"
+               "\"metallicRoughnessTexture\":{\"index\":0}},\"emissiveTexture\":{\"index\":2},"
                "\"emissiveFactor\":[0.5,0.25,0]}],"
                "\"meshes\":[{\"name\":\"quad\",\"primitives\":[{\"attributes\":{\"POSITION\":0,\"NORMAL\":1,"
                "\"TEXCOORD_0\":2,\"COLOR_0\":3},\"indices\":4,\"material\":0}]}],"

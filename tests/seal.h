@@ -1,4 +1,4 @@
-// Saved models made whole again after a test or the fuzzer has changed them: every checksum is computed anew, as whoever
+// Saved models made whole again after a test or the fuzzer has changed them: each checksum is computed anew, as whoever
 // wants to do harm would.
 
 #ifndef RAYFOLD_TESTS_SEAL_H

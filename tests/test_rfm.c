@@ -61,6 +61,17 @@ TEST(a_saved_model_elsewhere_brings_its_pictures)
   saved_convert(e, model_path("quads.gltf"), model_path("out.rfm"));
   unlink(model_path("paper.png"));
   CHECK(saved_hash(e, model_path("whole/inner.rfm"), false) == hash);
+  RfmFile f;
+  Err err = {0};
+  size_t pictures = 0, textures = 0;
+  CHECK(rfm_open(&f, model_path("whole/inner.rfm"), &err));
+  for (size_t i = 0; i < f.head->section_count; i++) {
+    pictures += f.sections[i].kind == RFM_PICTURE;
+    if (f.sections[i].kind == RFM_TEXTURES) textures = f.sections[i].size / 4;
+  }
+  CHECK_MSG(pictures == 2 && textures == 3, "%zu of %zu textures", pictures,
+            textures); // two show one picture
+  rfm_close(&f);
   rf_scene *s = saved_load(e, model_path("out.rfm"), false);
   const char *text;
   CHECK(!rf_prepare(s, NULL) && rf_error(e, &text) == RF_NOT_FOUND);
@@ -323,12 +334,14 @@ static void check_sealed(const Bytes *b, const char *part)
   check_refused(b->data, b->size, part);
 }
 
-#define WITH(pointer, value, part)                  \
-  do {                                              \
-    const __typeof__(*(pointer)) kept = *(pointer); \
-    *(pointer) = (value);                           \
-    check_sealed(&b, part);                         \
-    *(pointer) = kept;                              \
+// The file with one number changed, refused for this reason; then it is as before.
+#define WITH(pointer, value, part)            \
+  do {                                        \
+    __typeof__(pointer) const at = (pointer); \
+    const __typeof__(*at) kept = *at;         \
+    *at = (value);                            \
+    check_sealed(&b, part);                   \
+    *at = kept;                               \
   } while (0)
 
 TEST(numbers_that_lead_out_are_refused)
@@ -353,9 +366,12 @@ TEST(numbers_that_lead_out_are_refused)
   WITH(&seal_find(b.data, RFM_MESH, 0)->owner, 3, "out of order");
   WITH(&array->kind, 0, "has no positions or no triangles");
   WITH(&first->kind, 0, "it holds no scene");
-  WITH(&first->offset, b.size, "a part lies outside the file");
-  WITH(&first->offset, first->offset + 4, "a part lies outside the file");
-  WITH(&first->size, ~0ull, "a part lies outside the file");
+  WITH(&first->offset, b.size, "its parts do not lie in a row");
+  WITH(&first->offset, first->offset + 4, "its parts do not lie in a row");
+  WITH(&array->offset, first->offset, "its parts do not lie in a row"); // twice to be looked at
+  WITH((int32_t *)seal_bytes(b.data, RFM_TEXTURES), 1, "its textures and pictures do not fit together");
+  WITH(&seal_find(b.data, RFM_TEXTURES, 0)->kind, 999, "its textures and pictures do not fit together");
+  WITH(&first->size, ~0ull, "its parts do not lie in a row");
   WITH(&first->size, first->size - 1, "it holds no scene");
   free(b.data);
 }

@@ -14,7 +14,8 @@ typedef struct RfmOut {
   Arena arena; // of what is put together here
   ARRAY(RfmSection) sections;
   ARRAY(Span) spans; // as many
-  Table pictures;    // hash -> the first section of that picture
+  ARRAY(Span) pictures;
+  Table pictures_found; // hash -> picture
   Err *err;
 } RfmOut;
 
@@ -60,14 +61,36 @@ static bool add_mesh(RfmOut *o, size_t mesh_i, const SavedTree *tree)
           add_if_any(o, RFM_TREE_LEAVES, mesh_i, tree->leaves));
 }
 
+// The number of a picture's section, added if it is none yet: thousands of textures may share a large one. -1: no
+// memory.
+static int32_t add_picture(RfmOut *o, Span bytes)
+{
+  const uint64_t hash = rfm_hash(bytes.data, bytes.size);
+  size_t step = 0;
+  for (const int32_t *k; (k = table_next(&o->pictures_found, hash, &step));) {
+    const Span other = o->pictures.items[*k];
+    if (other.size == bytes.size && !memcmp(other.data, bytes.data, bytes.size)) return *k;
+  }
+  const int32_t next = (int32_t)o->pictures.count;
+  const bool ok = table_add(&o->pictures_found, hash, next) && array_push(&o->pictures, bytes);
+  if (ok && add(o, RFM_PICTURE, (size_t)next, bytes)) return next;
+  no_memory(o);
+  return -1;
+}
+
 static bool add_pictures(RfmOut *o)
 {
-  for (size_t i = 0; i < o->scene->textures.count; i++) {
+  const size_t count = o->scene->textures.count;
+  if (!count) return true;
+  int32_t *picture_of = arena_alloc(&o->arena, count, sizeof *picture_of);
+  if (!picture_of) return no_memory(o);
+  for (size_t i = 0; i < count; i++) {
     const Texture *t = &o->scene->textures.items[i];
     const bool is_embedded = t->kind == TEXTURE_IMAGE && !t->image.file && t->embedded;
-    if (is_embedded && !add(o, RFM_PICTURE, i, (Span){t->embedded, t->embedded_size})) return false;
+    picture_of[i] = is_embedded ? add_picture(o, (Span){t->embedded, t->embedded_size}) : -1;
+    if (is_embedded && picture_of[i] < 0) return false;
   }
-  return true;
+  return add(o, RFM_TEXTURES, 0, (Span){picture_of, count * sizeof *picture_of});
 }
 
 static bool add_source(RfmOut *o, const SceneSource *source)
@@ -99,35 +122,19 @@ static size_t aligned(size_t offset)
   return (offset + RFM_ALIGN - 1) / RFM_ALIGN * RFM_ALIGN;
 }
 
-// The first picture of the same bytes, at or before this one: thousands of textures may share a large one.
-static int32_t first_of_picture(RfmOut *o, size_t i)
-{
-  const Span own = o->spans.items[i];
-  size_t step = 0;
-  for (const int32_t *k; (k = table_next(&o->pictures, o->sections.items[i].hash, &step));) {
-    const Span other = o->spans.items[*k];
-    if (other.size == own.size && !memcmp(other.data, own.data, own.size)) return *k;
-  }
-  return table_add(&o->pictures, o->sections.items[i].hash, (int32_t)i) ? (int32_t)i : -1;
-}
-
 // Places every section. A file of whole pages would have no zero byte behind it and could not be mapped (file_read()),
 // so such a one ends with some more.
-static bool place_sections(RfmOut *o, uint64_t *file_size)
+static uint64_t place_sections(RfmOut *o)
 {
   size_t at = sizeof(RfmHead) + o->sections.count * sizeof(RfmSection);
   for (size_t i = 0; i < o->sections.count; i++) {
     RfmSection *s = &o->sections.items[i];
+    s->offset = aligned(at);
     s->hash = rfm_hash(o->spans.items[i].data, s->size);
-    const int32_t first = s->kind == RFM_PICTURE ? first_of_picture(o, i) : (int32_t)i;
-    if (first < 0) return no_memory(o);
-    at = aligned(at);
-    s->offset = (size_t)first == i ? at : o->sections.items[first].offset;
-    if ((size_t)first == i) at += s->size;
+    at = s->offset + s->size;
   }
   at = aligned(at);
-  *file_size = at % 4096 ? at : at + RFM_ALIGN;
-  return true;
+  return at % 4096 ? at : at + RFM_ALIGN;
 }
 
 static bool write_gap(FileOut *f, size_t *at, size_t to, Err *err)
@@ -147,7 +154,6 @@ static bool write_all(const RfmOut *o, const RfmHead *head, FileOut *f, Err *err
     return false;
   for (size_t i = 0; i < count; i++) {
     const Span bytes = o->spans.items[i];
-    if (o->sections.items[i].offset < at) continue; // a picture that stands there already
     if (!write_gap(f, &at, o->sections.items[i].offset, err) || !file_write(f, bytes.data, bytes.size, err))
       return false;
     at += bytes.size;
@@ -163,7 +169,7 @@ static bool write_file(RfmOut *o, uint64_t key, const char *path)
                   .is_model = o->scene->is_model,
                   .key = key};
   memcpy(head.magic, RFM_MAGIC, sizeof head.magic);
-  if (!place_sections(o, &head.file_size)) return false;
+  head.file_size = place_sections(o);
   head.hash = rfm_hash_head(&head, o->sections.items);
   FileOut f;
   const bool ok = file_begin(&f, path, o->err) && write_all(o, &head, &f, o->err) && file_commit(&f, o->err);
@@ -185,7 +191,8 @@ bool rfm_write(const Scene *s, const SavedTree *trees, bool is_cache, uint64_t k
   text_finish(&notes);
   array_finish(&o.sections);
   array_finish(&o.spans);
-  table_finish(&o.pictures);
+  array_finish(&o.pictures);
+  table_finish(&o.pictures_found);
   arena_finish(&o.arena);
   return ok;
 }

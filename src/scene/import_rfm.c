@@ -55,11 +55,13 @@ static bool check_head(const RfmFile *f, size_t size, Err *err)
     return fail_damaged(f, err, "its table does not fit in");
   if (head->hash != rfm_hash_head(head, f->sections))
     return fail_damaged(f, err, "the checksum of its head is wrong");
-  const size_t first = sizeof *head + head->section_count * sizeof *f->sections;
+  size_t end = sizeof *head + head->section_count * sizeof *f->sections;
   for (size_t i = 0; i < head->section_count; i++) {
     const RfmSection *s = &f->sections[i];
-    if (s->offset % RFM_ALIGN || s->offset < first || s->offset > size || s->size > size - s->offset)
-      return fail_damaged(f, err, "a part lies outside the file");
+    // One behind the other: else a small file could be a lot to look at.
+    if (s->offset % RFM_ALIGN || s->offset < end || s->offset > size || s->size > size - s->offset)
+      return fail_damaged(f, err, "its parts do not lie in a row");
+    end = s->offset + s->size;
   }
   return true;
 }
@@ -210,7 +212,7 @@ static bool fail_section(const RfmFile *f, const RfmSection *s, Err *err, const 
 {
   Text of = {0};
   if (s->kind >= RFM_MESH) text_add(&of, " of mesh %u", s->owner);
-  if (s->kind == RFM_PICTURE) text_add(&of, " of texture %u", s->owner);
+  if (s->kind == RFM_PICTURE) text_add(&of, " %u", s->owner);
   err_set(err, ERR_BAD_SCENE, "%s: this saved model is damaged: %s the %s%s; " MEND, f->path, what,
           rfm_noun(s->kind), text_get(&of));
   text_finish(&of);
@@ -249,8 +251,8 @@ bool rfm_check(const RfmFile *f, Jobs *jobs, Err *err)
 typedef struct Filling {
   const RfmFile *file;
   Scene *scene;
-  ARRAY(RfmPicture) pictures;
-  const RfmSection *text;
+  ARRAY(Span) pictures;
+  Span text, picture_of;
   Err *err;
 } Filling;
 
@@ -291,8 +293,9 @@ static bool add_section(Filling *f, const RfmSection *s)
   const RfmArray *a = rfm_array(s->kind);
   if (s->kind == RFM_MESH) return add_mesh(f, s);
   if (s->kind == RFM_NOTES) add_notes(f, bytes);
-  if (s->kind == RFM_SCENE) f->text = s;
-  if (s->kind == RFM_PICTURE && !array_push(&f->pictures, (RfmPicture){s->owner, bytes}))
+  if (s->kind == RFM_SCENE) f->text = bytes;
+  if (s->kind == RFM_TEXTURES) f->picture_of = bytes;
+  if (s->kind == RFM_PICTURE && !array_push(&f->pictures, bytes))
     return err_memory(f->err, f->file->path, f->pictures.count * sizeof bytes);
   if (s->kind < RFM_MESH || s->kind > RFM_TREE_LEAVES) return true;
   MeshData *m = f->scene->meshes.items[f->scene->meshes.count - 1].data;
@@ -305,11 +308,12 @@ static bool add_section(Filling *f, const RfmSection *s)
 
 static bool read_scene(const Filling *f, const LoadOptions *options)
 {
-  Span text = f->text ? rfm_span(f->file, f->text) : (Span){0};
+  Span text = f->text;
   if (!text.size || ((const char *)text.data)[--text.size])
     return fail_damaged(f->file, f->err, "it holds no scene");
-  return scene_read_linked(f->scene, text, f->file->path, f->pictures.items, f->pictures.count, options,
-                           f->err);
+  const RfmPictures pictures = {f->pictures.items, f->picture_of.data, f->pictures.count,
+                                f->picture_of.size / 4};
+  return scene_read_linked(f->scene, text, f->file->path, &pictures, options, f->err);
 }
 
 static bool check_meshes(const Filling *f)

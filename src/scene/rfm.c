@@ -35,6 +35,7 @@ const char *rfm_noun(uint32_t kind)
   case RFM_NOTES: return "notes";
   case RFM_SOURCE: return "sources";
   case RFM_PICTURE: return "picture";
+  case RFM_TEXTURES: return "textures";
   case RFM_MESH: return "sizes";
   case RFM_TREE_HEAD:
   case RFM_TREE_NODES:

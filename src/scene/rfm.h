@@ -34,7 +34,8 @@ typedef enum RfmKind {
   RFM_SCENE = 1, // JSON, and a zero byte
   RFM_NOTES,     // of a cache: the lines, each ended by a zero byte
   RFM_SOURCE,    // of a cache: an RfmSource and a file's name
-  RFM_PICTURE,   // a texture's encoded picture; owner: the texture
+  RFM_PICTURE,   // encoded; owner: its number
+  RFM_TEXTURES,  // int32_t a texture: the number of its picture, -1: none in here
   RFM_MESH,      // RfmMesh, its slots as int32_t, its name; owner of this and the following: the mesh
   RFM_POSITIONS, // the arrays of MeshData
   RFM_NORMALS,
@@ -115,12 +116,13 @@ bool rfm_write(const Scene *s, const SavedTree *trees, bool is_cache, uint64_t k
 // --- the scene part, by the files that know JSON ----------------------------------------------------
 // As scene_write(), with "mesh": N for every mesh and nothing for embedded pictures.
 bool scene_write_linked(const Scene *s, Text *out, Err *err);
-typedef struct RfmPicture {
-  uint32_t texture; // the how manieth of the scene
-  Span bytes;       // must live as long as the scene
-} RfmPicture;
+typedef struct RfmPictures { // those inside, and whose they are; the bytes must live as long as the scene
+  const Span *pictures;
+  const int32_t *picture_of; // of each texture, -1: none
+  size_t picture_count, texture_count;
+} RfmPictures;
 // Reads that text, which a zero byte must follow, into a scene that has its meshes.
-bool scene_read_linked(Scene *s, Span text, const char *path, const RfmPicture *pictures,
-                       size_t picture_count, const LoadOptions *options, Err *err);
+bool scene_read_linked(Scene *s, Span text, const char *path, const RfmPictures *pictures,
+                       const LoadOptions *options, Err *err);
 
 #endif

@@ -149,26 +149,29 @@ static bool read_names(SceneReader *r)
 }
 
 // Gives embedded pictures to the textures just named, before their content is read.
-static bool link_pictures(Scene *s, const RfmPicture *pictures, size_t count, const char *path, Err *err)
+static bool link_pictures(Scene *s, const RfmPictures *p, const char *path, Err *err)
 {
-  for (size_t i = 0; i < count; i++) {
-    if (pictures[i].texture >= s->textures.count)
-      return err_set(err, ERR_BAD_SCENE, "%s: a picture belongs to texture %u, but there are only %zu", path,
-                     pictures[i].texture, s->textures.count);
-    Texture *t = &s->textures.items[pictures[i].texture];
-    t->embedded = pictures[i].bytes.data;
-    t->embedded_size = pictures[i].bytes.size;
+  bool ok = p->texture_count == s->textures.count;
+  for (size_t i = 0; ok && i < p->texture_count; i++) {
+    const int32_t k = p->picture_of[i];
+    ok = k >= -1 && (k < 0 || (size_t)k < p->picture_count);
+    if (!ok || k < 0) continue;
+    s->textures.items[i].embedded = p->pictures[k].data;
+    s->textures.items[i].embedded_size = p->pictures[k].size;
   }
-  return true;
+  return ok ||
+         err_set(err, ERR_BAD_SCENE,
+                 "%s: this saved model is damaged: its textures and pictures do not fit together; convert "
+                 "it again from the model it was made of",
+                 path);
 }
 
-bool scene_read_linked(Scene *s, Span text, const char *path, const RfmPicture *pictures,
-                       size_t picture_count, const LoadOptions *options, Err *err)
+bool scene_read_linked(Scene *s, Span text, const char *path, const RfmPictures *pictures,
+                       const LoadOptions *options, Err *err)
 {
   JsonDoc *doc = js_parse(text.data, text.size, path, err);
   SceneReader r = {.element = {.scene = s, .doc = doc, .options = options, .is_edit = true, .err = err}};
-  const bool ok =
-      doc && read_names(&r) && link_pictures(s, pictures, picture_count, path, err) && read_sections(&r);
+  const bool ok = doc && read_names(&r) && link_pictures(s, pictures, path, err) && read_sections(&r);
   js_free(doc);
   return ok;
 }
