@@ -222,14 +222,14 @@ static bool fail_section(const RfmFile *f, const RfmSection *s, Err *err, const 
 // As rfm_hash() puts a section's hash together, from pieces that stand in a row.
 static bool judge(const RfmFile *f, const Pieces *pieces, Err *err)
 {
-  const Piece *p = pieces->items, *end = pieces->items + pieces->count;
+  size_t next = 0;
   for (size_t i = 0; i < f->head->section_count; i++) {
     const RfmSection *s = &f->sections[i];
     uint64_t h = s->size;
     bool has_bad_value = false;
-    for (; p < end && p->section == s; p++) {
-      h = hash_u64(h ^ p->hash);
-      has_bad_value |= p->has_bad_value;
+    for (; next < pieces->count && pieces->items[next].section == s; next++) {
+      h = hash_u64(h ^ pieces->items[next].hash);
+      has_bad_value |= pieces->items[next].has_bad_value;
     }
     if (h != s->hash) return fail_section(f, s, err, "the checksum is wrong of");
     if (has_bad_value) return fail_section(f, s, err, "there are impossible numbers among");

@@ -2,7 +2,8 @@
 // short lists, and whose file names are relative to the new place; then that copy is written. Files beside the scene
 // are named after their content, so that saving never overwrites a file with another's data, and saving again writes
 // the same names. Pictures that would be left outside the new folder are copied there. What the forms cannot hold is
-// left out: tangents and a mesh's second texture coordinates.
+// left out: tangents and a mesh's second texture coordinates. A saved model (rfm.h) is such a copy, too, but with meshes
+// as they are and pictures inside.
 
 #include "base/file.h"
 #include "base/hash.h"
@@ -217,13 +218,13 @@ static bool save_picture(Saver *s, Texture *t)
   return t->image.file;
 }
 
-// A picture that would lie outside the new scene's folder, from where it may not be read, comes along. One that cannot
-// be read stays a name: rendering says what is wrong with it.
 static bool is_left_outside(const char *from, const char *file)
 {
   return from && file && !strncmp(file, "../", 3) && !text_equal(from, file);
 }
 
+// A picture that would lie outside the new scene's folder, from where it may not be read, comes along. One that cannot
+// be read stays a name: rendering says what is wrong with it.
 static bool bring_picture(Saver *s, const char *name, const char *from, const char **file)
 {
   if (!is_left_outside(from, *file)) return true;
@@ -251,9 +252,11 @@ static bool embed_picture(Saver *s, const char *from, Texture *t)
   text_add(&path, "%s/%s", text_get(&s->folder), t->image.file);
   bool ok = !path.failed || err_memory(s->err, t->image.file, 0);
   if (ok && file_read(&bytes, text_get(&path), NULL)) {
-    uint8_t *copy = arena_alloc(&s->copy->arena, bytes.size, 1);
+    uint8_t *copy = arena_alloc(&s->copy->arena, bytes.size + 1, 1);
     ok = copy || err_memory(s->err, t->image.file, bytes.size);
-    if (copy) memcpy(copy, bytes.data, bytes.size);
+    if (copy)
+      memcpy(copy, bytes.data,
+             bytes.size + 1); // with the zero byte behind, as an empty one must have an address
     t->embedded = copy;
     t->embedded_size = bytes.size;
     t->image.file = NULL;
