@@ -2,8 +2,9 @@
 // short lists, and whose file names are relative to the new place; then that copy is written. Files beside the scene
 // are named after their content, so that saving never overwrites a file with another's data, and saving again writes
 // the same names. Pictures that would be left outside the new folder are copied there. What the forms cannot hold is
-// left out: tangents and a mesh's second texture coordinates. A saved model (rfm.h) is such a copy, too, but with meshes
-// as they are and pictures inside.
+// left out: tangents and a mesh's second texture coordinates.
+//
+// A saved model (rfm.h) is such a copy, too, but with meshes as they are and pictures inside.
 
 #include "base/file.h"
 #include "base/hash.h"
