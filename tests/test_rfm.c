@@ -151,6 +151,15 @@ TEST(all_arrays_survive)
   mesh_data_release(m);
 }
 
+// Real files hold vertices that are not numbers; what is saved holds none.
+TEST(models_with_broken_vertices_can_be_saved)
+{
+  static const char obj[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 1 inf\nv 1 1 0.5\nf 1 2 3\nf 2 4 3\nf 2 5 3\n";
+  rf_engine *e = engine(1);
+  check_round_trip(e, model_write("sheet.obj", obj, sizeof obj - 1));
+  rf_engine_destroy(e);
+}
+
 // The world holds on to the bytes: neither the scene nor the file's name is needed any more.
 TEST(worlds_outlive_scene_and_file)
 {

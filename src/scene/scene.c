@@ -56,6 +56,15 @@ static void drop_if_not_finite(float **array, size_t count, const char *what, co
   *array = NULL;
 }
 
+// Vertices that no triangle shows any more get the place of one that is shown, so that boxes around all vertices stay as
+// they should be and every number of a mesh is finite.
+static void mend_positions(MeshData *m)
+{
+  const float *shown = m->positions + 3 * (size_t)m->triangles[0];
+  for (size_t i = 0; i < m->vertex_count; i++)
+    if (!all_finite(m->positions + 3 * i, 3)) memcpy(m->positions + 3 * i, shown, 3 * sizeof *shown);
+}
+
 // Not-a-number vertices appear in real files, so they cost their triangles, not the model.
 static void drop_broken_triangles(MeshData *m, const char *name, Notes *notes)
 {
@@ -74,6 +83,7 @@ static void drop_broken_triangles(MeshData *m, const char *name, Notes *notes)
     note_once(notes, "%s: %zu of %zu triangles have vertices that are not finite numbers and are left out", name,
               m->triangle_count - kept, m->triangle_count);
   m->triangle_count = kept;
+  if (kept) mend_positions(m);
 }
 
 bool mesh_data_check(MeshData *m, const char *name, Notes *notes, Err *err)
