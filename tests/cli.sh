@@ -316,6 +316,11 @@ expect 65 'its content looks like a scene file; rename it to end in .json' rende
 expect 66 'missing.rfm' info missing.rfm
 expect 73 'nowhere' convert good.ply nowhere/a.rfm
 [ -e a.png ] && failed "a saved model that is wrong left a picture"
+echo before >kept.rfm
+(ulimit -f 1 && exec "$rayfold" convert cornell.json kept.rfm) >out 2>err
+same $? 73 "exit code of a saved model on a full disk"
+same "$(cat kept.rfm)" before "a saved model that was there, after a full disk"
+same "$(ls | grep -c 'kept.rfm')" 1 "files left behind by a full disk"
 hash=$(hash_of good.ply $tiny)
 same "$(hash_of good.ply $tiny --cache)$(hash_of good.ply $tiny --cache)" "$hash$hash" "hashes with a cache"
 expect 0 '' validate good.ply.rfm --quiet
