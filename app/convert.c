@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define SCENE_OUTPUTS ".json|.ply|.obj|.stl"
+#define SCENE_OUTPUTS ".json|.rfm|.ply|.obj|.stl"
 
 static const Option convert_options[] = {
     {.name = "exposure",
@@ -59,9 +59,12 @@ static ExitCode convert_scene(rf_engine *engine, const char *in, const char *out
 {
   rf_scene *scene = NULL;
   const bool is_quiet = args_has(args, "quiet");
-  ExitCode code = scene_open(&scene, engine, in, args_has(args, "allow-outside"));
+  ExitCode code = scene_open(&scene, engine, in, args);
   if (!code && !is_quiet) say_notes(scene);
   if (!code && output_is_any(out, ".json")) code = add_stage(engine, scene, in, is_quiet);
+  // A saved model shows what the model shows, so it stands as that would be stood up.
+  if (!code && output_is_any(out, ".rfm") && stage_is_wanted(engine, scene))
+    stage_turn(engine, scene, in, is_quiet);
   if (!code && !rf_scene_save(scene, out)) code = fail_library(engine);
   rf_scene_destroy(scene);
   return code;
@@ -87,7 +90,8 @@ static ExitCode check_pair(rf_engine *engine, const char *in, const char *out, b
   if (is_scene && is_picture_out)
     return fail(EXIT_USAGE, "%s is a scene and %s a picture; use `rayfold render %s -o %s`", in, out, in,
                 out);
-  if (is_scene) return fail(EXIT_USAGE, "%s: a scene or model can become .json, .ply, .obj or .stl", out);
+  if (is_scene)
+    return fail(EXIT_USAGE, "%s: a scene or model can become .json, .rfm, .ply, .obj or .stl", out);
   if (is_scene_out)
     return fail(EXIT_USAGE, "%s is not a scene or model (" SCENE_INPUTS "), but %s would be", in, out);
   return fail(EXIT_USAGE, "%s: a picture can become .png, .jpg, .webp, .exr, .hdr or .pfm", out);
@@ -113,10 +117,10 @@ const Command command_convert = {
     .most = 2,
     .operand_kind = OPERAND_FILE,
     .usage = "[OPTION]...",
-    .text = "A scene or model (.json .obj .gltf .glb .ply .stl) becomes .json (with its meshes in files "
-            "beside it, "
-            "and camera and light if it has none), or one mesh in .ply, .obj or .stl. A picture becomes "
-            ".png, .jpg, .webp, .exr, .hdr or .pfm.",
+    .text = "A scene or model (.json .obj .gltf .glb .ply .stl .rfm) becomes .json (with its meshes in files "
+            "beside it, and camera and light if it has none), .rfm (one file with all that is ready made, "
+            "trees too, which opens at once), or one mesh in .ply, .obj or .stl. A picture becomes .png, "
+            ".jpg, .webp, .exr, .hdr or .pfm.",
     .example = "rayfold convert bunny.glb bunny.ply",
     .options = convert_options,
     .run = run_convert,

@@ -11,7 +11,7 @@ static ExitCode run_info(const Args *args)
   rf_engine *engine = NULL;
   rf_scene *scene = NULL;
   ExitCode code = engine_open(&engine, 1, NULL);
-  if (!code) code = scene_open(&scene, engine, args->operands[0], args_has(args, "allow-outside"));
+  if (!code) code = scene_open(&scene, engine, args->operands[0], args);
   if (!code && !args_has(args, "quiet")) say_notes(scene);
   if (!code) code = stdout_library_text(engine, rf_scene_info(scene), "the summary");
   rf_scene_destroy(scene);

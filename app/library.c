@@ -16,10 +16,11 @@ ExitCode engine_open(rf_engine **engine, int threads, const char *isa)
   return isa ? fail_usage(NULL, "--isa %s", isa) : fail_library(NULL);
 }
 
-ExitCode scene_open(rf_scene **scene, rf_engine *engine, const char *path, bool allow_outside)
+ExitCode scene_open(rf_scene **scene, rf_engine *engine, const char *path, const Args *args)
 {
   rf_load_def def = rf_default_load_def();
-  def.allow_outside = allow_outside;
+  def.allow_outside = args_has(args, "allow-outside");
+  def.cache = args_has(args, "cache");
   *scene = rf_scene_load(engine, path, &def);
   return *scene ? EXIT_DONE : fail_library(engine);
 }

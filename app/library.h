@@ -17,14 +17,22 @@
   }
 
 // Extensions of what scene_open() takes, as output_is_any() wants them.
-#define SCENE_INPUTS ".json|.obj|.gltf|.glb|.ply|.stl"
+#define SCENE_INPUTS ".json|.obj|.gltf|.glb|.ply|.stl|.rfm"
+
+#define OPTION_CACHE                                                                             \
+  {                                                                                              \
+    .name = "cache", .kind = OPTION_FLAG,                                                        \
+    .sentence = "Keep each model with its trees beside it, as bunny.obj.rfm, and open that the " \
+                "next time. One that no longer fits the model is written anew."                  \
+  }
 
 // A command without options of its own.
 extern const Option no_options[];
 
+// Opens as --allow-outside and, where the command has it, --cache say.
 // threads 0 and isa NULL: the library chooses. A wrong isa is the user's fault: EXIT_USAGE.
 ExitCode engine_open(rf_engine **engine, int threads, const char *isa);
-ExitCode scene_open(rf_scene **scene, rf_engine *engine, const char *path, bool allow_outside);
+ExitCode scene_open(rf_scene **scene, rf_engine *engine, const char *path, const Args *args);
 
 // "text" in quotes, as JSON writes it.
 void json_print_text(FILE *out, const char *text);

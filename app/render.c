@@ -124,6 +124,7 @@ static const Option render_options[] = {
                  "end, and a FILE that is there already is gone on from. With it -o may be left out. "
                  "`rayfold merge` puts films together."},
     OPTION_ALLOW_OUTSIDE,
+    OPTION_CACHE,
     {.name = "stats",
      .kind = OPTION_FILE,
      .argument = "FILE",
@@ -290,7 +291,7 @@ static ExitCode load(Render *r)
   const char *path = r->args->operands[0], *camera = args_text(r->args, "camera");
   const double start = seconds_now();
   progress_stage(&r->progress, "loading", path);
-  ExitCode code = scene_open(&r->scene, r->engine, path, args_has(r->args, "allow-outside"));
+  ExitCode code = scene_open(&r->scene, r->engine, path, r->args);
   progress_clear(&r->progress);
   if (code) return code;
   r->stats.load = seconds_now() - start;

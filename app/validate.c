@@ -13,7 +13,7 @@ static ExitCode validate_one(rf_engine *engine, const char *path, const Args *ar
 {
   rf_scene *scene = NULL;
   const bool is_quiet = args_has(args, "quiet");
-  ExitCode code = scene_open(&scene, engine, path, args_has(args, "allow-outside"));
+  ExitCode code = scene_open(&scene, engine, path, args);
   if (!code && !is_quiet) say_notes(scene);
   if (!code && !rf_scene_check(scene)) code = fail_library(engine);
   if (!code && !is_quiet) {

@@ -49,7 +49,7 @@ small="--size 24x16 --spp 2 --quiet"
 
 # --- help, manual page, completion -----------------------------------------------------------------
 render_options="output size spp time noise camera seed integrator max-depth threads isa set aov no-effects samples bits
-  quality allow-outside stats quiet help"
+  quality allow-outside cache stats quiet help"
 convert_options="exposure tone-curve bits quality allow-outside quiet help"
 expect 0 '' man
 cp out rayfold.1
@@ -294,6 +294,38 @@ expect 0 '' convert copy.obj copy.stl
 expect 0 '' convert copy.stl copy.json
 expect 0 '' validate copy.json --quiet
 expect 64 'rayfold render' convert good.ply a.png
+
+# Saved models: the same picture, one message for each fault, and the cache.
+tiny="--size 32x18 --spp 2"
+for model in good.ply copy.stl cornell.json; do
+  expect 0 '' convert $model saved.rfm
+  expect 0 '' validate saved.rfm --quiet
+  same "$(hash_of saved.rfm $tiny)" "$(hash_of $model $tiny)" "the hash of a saved $model"
+done
+expect 0 '' info saved.rfm
+has '^objects' out
+head -c 1000 saved.rfm >cut.rfm
+expect 65 'cut.rfm: .*cut short: it has 1000 bytes of .*convert it again from the model' render cut.rfm -o a.png
+{ cat saved.rfm; echo; } >long.rfm
+expect 65 'damaged: there are bytes behind its end' validate long.rfm
+{ head -c 500 saved.rfm; printf '\252'; tail -c +502 saved.rfm; } >flipped.rfm
+expect 65 'damaged: the checksum' validate flipped.rfm
+{ head -c 12 saved.rfm; printf '\007'; tail -c +14 saved.rfm; } >later.rfm
+expect 65 'saved by another version of rayfold (its format is number 7' info later.rfm
+cp cornell.json foreign.rfm
+expect 65 'its content looks like a scene file; rename it to end in .json' render foreign.rfm -o a.png
+expect 66 'missing.rfm' info missing.rfm
+expect 73 'nowhere' convert good.ply nowhere/a.rfm
+[ -e a.png ] && failed "a saved model that is wrong left a picture"
+echo before >kept.rfm
+(ulimit -f 1 && exec "$rayfold" convert cornell.json kept.rfm) >out 2>err
+same $? 73 "exit code of a saved model on a full disk"
+same "$(cat kept.rfm)" before "a saved model that was there, after a full disk"
+same "$(ls | grep -c 'kept.rfm')" 1 "files left behind by a full disk"
+hash=$(hash_of good.ply $tiny)
+same "$(hash_of good.ply $tiny --cache)$(hash_of good.ply $tiny --cache)" "$hash$hash" "hashes with a cache"
+expect 0 '' validate good.ply.rfm --quiet
+rm good.ply.rfm
 expect 64 'scene or model' convert whole.png a.obj
 
 # A model without camera and light is put on a stage, each part of which is open to --set.

@@ -93,14 +93,17 @@ RF_API void rf_uncancel(rf_engine *e);
 // --- scene: the description -------------------------------------------------------------------------
 typedef struct rf_load_def {
   bool allow_outside; // let the scene name files outside its folder
+  bool cache;         // keep each model as a saved model beside it, "bunny.obj.rfm", and take it from there next time
   uint32_t magic;     // set by rf_default_load_def()
 } rf_load_def;
 
 RF_API rf_load_def rf_default_load_def(void);
 RF_API rf_scene *rf_scene_create(rf_engine *e);
-// A scene file (.json) or a model (.obj .gltf .glb .ply .stl). Errors carry file:line:column. def may be NULL.
+// A scene file (.json), a model (.obj .gltf .glb .ply .stl) or a saved model (.rfm), which is mapped, not read: write
+// no other file over it while a scene or world of it lives. Errors carry file:line:column. def may be NULL.
 RF_API rf_scene *rf_scene_load(rf_engine *e, const char *path, const rf_load_def *def);
-// .json: the scene, with bulk data in files beside it. .ply .obj .stl: all its triangles in one mesh.
+// .json: the scene, with bulk data in files beside it. .rfm: the scene with its meshes and trees, to be opened at once.
+// .ply .obj .stl: all its triangles in one mesh.
 RF_API bool rf_scene_save(rf_scene *s, const char *path);
 RF_API void rf_scene_destroy(rf_scene *s);
 RF_API bool rf_scene_check(rf_scene *s); // do all files it names exist and hold what they should? Slow.

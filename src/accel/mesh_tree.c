@@ -193,10 +193,14 @@ MeshTree *mesh_tree_share(MeshTree *t)
 void mesh_tree_release(MeshTree *t)
 {
   if (!t || atomic_fetch_sub_explicit(&t->users, 1, memory_order_acq_rel) > 1) return;
-  mem_free(t->nodes);
-  mem_free(t->blocks);
-  mem_free(t->compact_nodes);
-  mem_free(t->compact_leaves);
+  if (t->file) {
+    shared_file_release(t->file);
+  } else {
+    mem_free(t->nodes);
+    mem_free(t->blocks);
+    mem_free(t->compact_nodes);
+    mem_free(t->compact_leaves);
+  }
   mem_free(t);
 }
 

@@ -25,6 +25,7 @@
 #define RAYFOLD_ACCEL_TREE_H
 
 #include "accel/accel.h"
+#include "base/file.h"
 #include "geom/triangle.h"
 
 #include <stdatomic.h>
@@ -64,10 +65,11 @@ struct MeshTree {
   TreeLayout layout;
   TreeQuality quality; // it was built with
   uint32_t root; // child code
-  // Of TREE_FLOAT, else NULL; owned. Each block has at least one triangle, though perhaps not to be hit.
+  SharedFile *file; // a use of the saved model that the arrays lie in, not to be written to; NULL: they are owned
+  // Of TREE_FLOAT, else NULL. Each block has at least one triangle, though perhaps not to be hit.
   Node8 *nodes;
   Tri8 *blocks;
-  // Of TREE_COMPACT, else NULL; owned, but for the mesh's own arrays, which the tree's caller keeps.
+  // Of TREE_COMPACT, else NULL; and the mesh's own arrays, which the tree's caller keeps.
   CompactNode *compact_nodes;
   CompactLeaf *compact_leaves;
   const float *positions;

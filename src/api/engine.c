@@ -88,7 +88,7 @@ const char *rf_features(void)
 #else
       "compressed glTF: " OUT("libmeshoptimizer-dev") "\n"
 #endif
-      "Radiance HDR, PFM, OBJ, PLY, STL, glTF: built in\n";
+      "Radiance HDR, PFM, OBJ, PLY, STL, glTF, saved models: built in\n";
 }
 
 rf_engine_def rf_default_engine_def(void) { return (rf_engine_def){.isa = "auto", .magic = MAGIC_ENGINE}; }

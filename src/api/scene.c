@@ -7,6 +7,7 @@
 #include "scene/export_mesh.h"
 #include "scene/kinds.h"
 #include "world/merge.h"
+#include "world/model_save.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -66,13 +67,24 @@ static bool light_model(Scene *s, Err *err)
   return true;
 }
 
+// With caches: whatever has none is saved now, before any edit, and taken from there as it will be from now on.
+static Scene *load_scene(rf_engine *e, const char *path, const LoadOptions *options, Err *err)
+{
+  Scene *scene = scene_load(path, options, err);
+  if (!scene || !options->use_cache || !model_save_caches(scene, options, &e->cancel)) return scene;
+  Scene *again = scene_load(path, options, NULL);
+  scene_destroy(again ? scene : NULL);
+  return again ? again : scene;
+}
+
 rf_scene *rf_scene_load(rf_engine *e, const char *path, const rf_load_def *def)
 {
   if (!e || !path) return api_bad_argument("rf_scene_load", "engine and path must not be NULL"), NULL;
   if (def && !api_has_magic(def->magic, MAGIC_LOAD, "rf_scene_load", "rf_load_def")) return NULL;
   Err err = {0};
-  const LoadOptions options = {.allow_outside = def && def->allow_outside};
-  Scene *scene = scene_load(path, &options, &err);
+  const LoadOptions options = {
+      .allow_outside = def && def->allow_outside, .use_cache = def && def->cache, .jobs = e->jobs};
+  Scene *scene = load_scene(e, path, &options, &err);
   if (scene && !light_model(scene, &err)) {
     scene_destroy(scene);
     scene = NULL;
@@ -107,11 +119,12 @@ bool rf_scene_save(rf_scene *s, const char *path)
   if (!s || !path) return api_bad_argument("rf_scene_save", "scene and path must not be NULL");
   Err err = {0};
   if (text_ends(path, ".json")) scene_save(s->scene, path, &err);
+  else if (text_ends(path, ".rfm")) model_save(s->scene, path, s->engine->jobs, &s->engine->cancel, &err);
   else if (text_ends(path, ".ply")) save_merged(s, path, export_ply, &err);
   else if (text_ends(path, ".obj")) save_merged(s, path, export_obj, &err);
   else if (text_ends(path, ".stl")) save_merged(s, path, export_stl, &err);
   else
-    err_set(&err, ERR_BAD_ARGUMENT, "\"%s\": a scene can be saved as .json, and its triangles as .ply, .obj or .stl",
+    err_set(&err, ERR_BAD_ARGUMENT, "\"%s\": a scene can be saved as .json or .rfm, and its triangles as .ply, .obj or .stl",
             path);
   return api_fail(&err);
 }

@@ -7,6 +7,7 @@
 #include "base/err.h"
 #include "base/text.h"
 
+#include <stdatomic.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -22,6 +23,19 @@ typedef struct FileBytes {
 // Reads all of path (a regular file; pipes and devices are refused). ERR_NOT_FOUND with the reason.
 bool file_read(FileBytes *out, const char *path, Err *err);
 void file_release(FileBytes *f); // accepts zero
+
+// The same for several owners: the bytes stay until the last of them lets go. While they are mapped, the file must not
+// be written over in place: a page that is cut off ends the program (SIGBUS). What is written here never does that, a
+// new file takes the name and the old one lives on.
+typedef struct SharedFile {
+  atomic_int users;
+  FileBytes bytes;
+  char *path; // owned; for messages
+} SharedFile;
+
+SharedFile *shared_file_open(const char *path, Err *err); // as file_read(); NULL on failure
+SharedFile *shared_file_share(SharedFile *f);
+void shared_file_release(SharedFile *f); // accepts NULL
 
 // A file being written. Writes go to a temporary file in the same folder until file_commit().
 typedef struct FileOut {

@@ -3,6 +3,7 @@
 
 #include "scene/gltf.h"
 
+#include "scene/cache.h"
 #include "scene/uri.h"
 
 #include <string.h>
@@ -15,7 +16,9 @@ static bool open_file(Gltf *g, const Json *json, const char *uri, GltfBuffer *b)
   Err why = {0};
   bool ok = uri_decode_name(&name, uri, &why) &&
             path_resolve(&path, g->path, text_get(&name), root, allow_outside, &why) &&
-            file_read(&b->file, text_get(&path), &why);
+            file_read(&b->file, text_get(&path), &why) &&
+            (cache_add_content(g->scene, text_get(&path), &b->file, g->options) ||
+             err_memory(&why, text_get(&path), 0));
   if (ok) {
     b->data = b->file.data;
     g->read_size += b->file.size;

@@ -3,6 +3,7 @@
 #include "scene/import.h"
 
 #include "base/file.h"
+#include "scene/cache.h"
 
 #include <string.h>
 #include <unistd.h>
@@ -50,10 +51,12 @@ static const char *last_part(const char *name)
 }
 
 // Resolves and opens to see: a texture that is not there costs the texture, not the model.
-static bool is_readable(Text *out, const char *owner_path, const char *name, const char *root,
-                        bool allow_outside, Err *err)
+static bool is_readable(Scene *s, Text *out, const char *owner_path, const char *name,
+                        const LoadOptions *options, const char *root, Err *err)
 {
+  const bool allow_outside = options && options->allow_outside;
   if (!path_resolve(out, owner_path, name, root, allow_outside, err)) return false;
+  if (!cache_add_name(s, text_get(out), options)) return err_memory(err, text_get(out), 0);
   return !access(text_get(out), R_OK) ||
          err_set(err, ERR_NOT_FOUND, "there is no file \"%s\"", text_get(out));
 }
@@ -66,10 +69,8 @@ const char *import_find_file(Scene *s, const char *path, const char *owner_path,
   const char *result = NULL;
   path_folder(&folder, path);
   const char *root = options && options->root ? options->root : text_get(&folder);
-  const bool allow_outside = options && options->allow_outside;
-  bool ok = is_readable(&found, owner_path, name, root, allow_outside, &err);
-  if (!ok && is_absolute(name))
-    ok = is_readable(&found, owner_path, last_part(name), root, allow_outside, NULL);
+  bool ok = is_readable(s, &found, owner_path, name, options, root, &err);
+  if (!ok && is_absolute(name)) ok = is_readable(s, &found, owner_path, last_part(name), options, root, NULL);
   if (ok) {
     const char *file = text_get(&found);
     const size_t n = folder.length;

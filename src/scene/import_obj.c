@@ -6,6 +6,7 @@
 // Errors are what cannot be understood (a vertex without three numbers, an index out of range); what is understood
 // but not supported (curves, lines, points), or missing beside the file (its MTL), is a note.
 
+#include "scene/cache.h"
 #include "scene/corners.h"
 #include "scene/import.h"
 #include "scene/import_mtl.h"
@@ -360,8 +361,11 @@ static bool read_library(Obj *o, const char *name, MtlWants *wants, Err *why)
   const bool allow_outside = o->options && o->options->allow_outside;
   const char *root = o->options ? o->options->root : NULL;
   bool ok = true;
-  if (path_resolve(&file, o->path, name, root, allow_outside, why) && file_read(&bytes, text_get(&file), why))
-    ok = import_mtl(wants, text_get(&file), &bytes, o->err);
+  if (path_resolve(&file, o->path, name, root, allow_outside, why)) {
+    const bool is_read = file_read(&bytes, text_get(&file), why);
+    ok = cache_add_content(o->scene, text_get(&file), is_read ? &bytes : NULL, o->options) || no_memory(o);
+    if (ok && is_read) ok = import_mtl(wants, text_get(&file), &bytes, o->err);
+  }
   file_release(&bytes);
   text_finish(&file);
   return ok;

@@ -26,11 +26,15 @@ void mesh_data_release(MeshData *m)
 {
   // Acquire-release: the last user must see everything the others did before they let go.
   if (!m || atomic_fetch_sub_explicit(&m->users, 1, memory_order_acq_rel) != 1) return;
-  mem_free(m->positions);
-  mem_free(m->normals);
+  if (m->file) {
+    shared_file_release(m->file);
+  } else {
+    mem_free(m->positions);
+    mem_free(m->normals);
+  }
   if (m->base) {
     mesh_data_release(m->base);
-  } else {
+  } else if (!m->file) {
     mem_free(m->texcoords[0]);
     mem_free(m->texcoords[1]);
     mem_free(m->colors);
@@ -82,6 +86,15 @@ static void drop_if_not_finite(float **array, size_t count, const char *what, co
   *array = NULL;
 }
 
+// Vertices that no triangle shows any more get the place of one that is shown, so that boxes around all vertices stay as
+// they should be and every number of a mesh is finite.
+static void mend_positions(MeshData *m)
+{
+  const float *shown = m->positions + 3 * (size_t)m->triangles[0];
+  for (size_t i = 0; i < m->vertex_count; i++)
+    if (!all_finite(m->positions + 3 * i, 3)) memcpy(m->positions + 3 * i, shown, 3 * sizeof *shown);
+}
+
 // Not-a-number vertices appear in real files, so they cost their triangles, not the model.
 static void drop_broken_triangles(MeshData *m, const char *name, Notes *notes)
 {
@@ -100,6 +113,7 @@ static void drop_broken_triangles(MeshData *m, const char *name, Notes *notes)
     note_once(notes, "%s: %zu of %zu triangles have vertices that are not finite numbers and are left out", name,
               m->triangle_count - kept, m->triangle_count);
   m->triangle_count = kept;
+  if (kept) mend_positions(m);
 }
 
 bool mesh_data_check(MeshData *m, const char *name, Notes *notes, Err *err)
@@ -149,7 +163,9 @@ void scene_destroy(Scene *s)
   array_finish(&s->models);
   array_finish(&s->objects);
   array_finish(&s->lights);
+  array_finish(&s->sources);
   section_names_finish(s);
+  shared_file_release(s->saved);
   notes_finish(&s->notes);
   arena_finish(&s->arena);
   mem_free(s);

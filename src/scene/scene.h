@@ -15,7 +15,10 @@
 #include "base/arena.h"
 #include "base/array.h"
 #include "base/err.h"
+#include "base/file.h"
+#include "base/jobs.h"
 #include "base/notes.h"
+#include "base/span.h"
 #include "base/text.h"
 #include "base/vec.h"
 #include "scene/field.h"
@@ -220,9 +223,9 @@ typedef struct Material {
 } Material;
 
 // --- meshes: bulk data --------------------------------------------------------------------------
-// Immutable once it is in a scene; counted, so that scenes and worlds share it. All arrays owned (mem_alloc),
-// any but positions and triangles may be NULL. Moved vertices make another one, which owns what moved and has the rest
-// from its base.
+// Immutable once it is in a scene; counted, so that scenes and worlds share it. All arrays owned (mem_alloc), or all
+// of them bytes of `file`, which must not be written to. Any but positions and triangles may be NULL. Moved vertices
+// make another one, which owns what moved and has the rest from its base.
 typedef struct MeshData {
   atomic_int users;
   size_t vertex_count, triangle_count;
@@ -234,6 +237,8 @@ typedef struct MeshData {
   uint32_t *triangles;        // 3 vertex indices a triangle, counter-clockwise seen from outside
   uint16_t *material_slots;   // one a triangle: index into the Mesh's slots; NULL: all slot 0
   struct MeshData *base;      // shared; owns all arrays but positions and normals, and has no base; NULL: all are owned
+  SharedFile *file;           // a use of the saved model that the arrays lie in; NULL: they are owned
+  SavedTree tree;             // its tree, in the same file; empty: to be built
 } MeshData;
 
 MeshData *mesh_data_create(void); // users = 1, empty; NULL when memory is out
@@ -266,7 +271,7 @@ typedef struct Mesh {
 FIELD_STRUCT(ObjectCommon, OBJECT_FIELDS);
 
 #define SHAPE_MESH_FIELDS(F) \
-  F(file, file, NULL, 0, 0, "", "A model (obj, gltf, glb, ply, stl) or another scene (json), placed as a whole.")
+  F(file, file, NULL, 0, 0, "", "A model (obj, gltf, glb, ply, stl, rfm) or another scene (json), placed as a whole.")
 #define SHAPE_SPHERE_FIELDS(F) \
   F(real, radius, 1, 1e-6, NO_LIMIT, "m", "Its centre is the origin.")
 #define SHAPE_QUAD_FIELDS(F) \
@@ -356,6 +361,12 @@ typedef struct Light {
 
 // --- the scene ----------------------------------------------------------------------------------
 typedef struct Scene Scene;
+typedef struct SceneSource { // a file that a model was made of
+  const char *file;          // relative to the model's folder where it can be
+  bool is_content;           // its bytes matter; false: only whether it is there
+  uint64_t hash;             // of its bytes; 0: it is missing
+} SceneSource;
+
 typedef struct Model { // a file that objects refer to
   const char *file;    // resolved path
   Scene *scene;        // owned
@@ -380,6 +391,9 @@ struct Scene {
   ARRAY(Object) objects;
   ARRAY(Light) lights;
   uint32_t last_id;    // of an object
+  ARRAY(SceneSource) sources; // what a cache beside the model has to watch; only when loaded with use_cache
+  SharedFile *saved;   // a use of the saved model it came from, where its pictures lie; NULL: none
+  bool wants_cache;    // such a cache is missing or stale
   Notes notes;         // what was ignored or repaired while loading
   struct SceneNames *names; // private, owned: finds elements by their names
 };
@@ -407,6 +421,8 @@ Frame object_frame(const ObjectCommon *o);
 typedef struct LoadOptions {
   bool allow_outside; // let files name files outside the folder of the main file
   const char *root;   // that folder; NULL: the folder of the file being loaded
+  bool use_cache;     // take a model from the cache beside it, if there is one that fits (scene/cache.h)
+  Jobs *jobs;         // to check saved models with; may be NULL
   int depth;          // nesting of scenes in scenes, private
   const char *const *open_files; // the chain of files being loaded, `depth` of them, private
   int *nested_count;  // how many files scenes inside scenes have loaded so far, private
@@ -433,11 +449,16 @@ bool scene_write(const Scene *s, Text *out, Err *err);
 // materials becomes several objects; tangents and second texture coordinates of meshes are not kept.
 bool scene_save(const Scene *s, const char *path, Err *err);
 
+// A copy for being saved at path as one file: file names are made relative to it, and pictures outside its folder
+// become embedded ones. Meshes and embedded pictures are shared with the scene, which must outlive the copy.
+Scene *scene_move(const Scene *s, const char *path, Err *err);
+
 // The importers: each appends to an empty scene. path is for messages and for finding neighbours.
 bool import_obj(Scene *s, const char *path, const LoadOptions *options, Err *err);
 bool import_gltf(Scene *s, const char *path, const LoadOptions *options, Err *err); // .gltf and .glb
 bool import_ply(Scene *s, const char *path, const LoadOptions *options, Err *err);
 bool import_stl(Scene *s, const char *path, const LoadOptions *options, Err *err);
+bool import_rfm(Scene *s, const char *path, const LoadOptions *options, Err *err); // our own saved models
 bool import_json(Scene *s, const char *path, const LoadOptions *options, Err *err); // our own scene file
 
 #endif

@@ -3,7 +3,9 @@
 // scene names. It reads no format itself.
 
 #include "base/file.h"
+#include "scene/cache.h"
 #include "scene/kinds.h"
+#include "scene/rfm.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -21,12 +23,14 @@ typedef bool Importer(Scene *s, const char *path, const LoadOptions *options, Er
 typedef struct Format {
   const char *extension, *noun;
   Importer *import;
+  bool is_cached; // takes long enough to read that a cache beside it pays
 } Format;
 
 static const Format formats[] = {
-    {".json", "a scene file", import_json}, {".obj", "a Wavefront OBJ model", import_obj},
-    {".gltf", "a glTF model", import_gltf}, {".glb", "a binary glTF model", import_gltf},
-    {".ply", "a PLY model", import_ply},    {".stl", "an STL model", import_stl},
+    {".json", "a scene file", import_json, false}, {".obj", "a Wavefront OBJ model", import_obj, true},
+    {".gltf", "a glTF model", import_gltf, true},  {".glb", "a binary glTF model", import_gltf, true},
+    {".ply", "a PLY model", import_ply, true},     {".stl", "an STL model", import_stl, true},
+    {".rfm", "a saved model", import_rfm, false},
 };
 enum { FORMAT_COUNT = sizeof formats / sizeof *formats };
 
@@ -47,6 +51,7 @@ static const char *guess_extension(const uint8_t *data, size_t size)
 {
   enum { LOOK = 1 << 16 };
   if (size >= 4 && !memcmp(data, "glTF", 4)) return ".glb";
+  if (size >= 8 && !memcmp(data, RFM_MAGIC, 8)) return ".rfm";
   if (size >= 4 && (!memcmp(data, "ply\n", 4) || !memcmp(data, "ply\r", 4))) return ".ply";
   if (size > LOOK) size = LOOK;
   size_t i = size >= 3 && !memcmp(data, "\xef\xbb\xbf", 3) ? 3 : 0;
@@ -142,6 +147,42 @@ static bool check_chain(const char *path, const LoadOptions *o, Err *err)
   return true;
 }
 
+static Scene *begin_scene(const char *path, const Format *format, const LoadOptions *options, Err *err)
+{
+  Scene *s = scene_create(err);
+  if (!s) return NULL;
+  s->path = arena_text(&s->arena, path);
+  s->root = arena_text(&s->arena, options->root);
+  s->allow_outside = options->allow_outside;
+  s->is_model = format->import != import_json;
+  if (s->path && (!options->root || s->root)) return s;
+  err_memory(err, path, 0);
+  scene_destroy(s);
+  return NULL;
+}
+
+// A model from the cache beside it; NULL: there is none that fits.
+static Scene *load_cached(const char *path, const Format *format, const LoadOptions *options)
+{
+  if (!options->use_cache || !format->is_cached) return NULL;
+  Scene *s = begin_scene(path, format, options, NULL);
+  if (s && cache_load(s, path, options)) return s;
+  scene_destroy(s);
+  return NULL;
+}
+
+// The model's own file as the first of a cache's sources. Hashed before it is read: should someone replace it in
+// between, the cache is stale at once and never wrong.
+static bool note_sources(Scene *s, const Format *format, const LoadOptions *options, Err *err)
+{
+  FileBytes bytes;
+  if (!options->use_cache || !format->is_cached) return true;
+  if (!file_read(&bytes, s->path, err)) return false;
+  s->wants_cache = cache_add_content(s, s->path, &bytes, options);
+  file_release(&bytes);
+  return s->wants_cache || err_memory(err, s->path, 0);
+}
+
 Scene *scene_load(const char *path, const LoadOptions *options, Err *err)
 {
   int count = 0;
@@ -154,21 +195,14 @@ Scene *scene_load(const char *path, const LoadOptions *options, Err *err)
   for (int i = 0; i < inner.depth; i++) chain[i] = inner.open_files[i];
   chain[inner.depth++] = path;
   inner.open_files = chain;
-  Scene *s = scene_create(err);
+  Scene *s = load_cached(path, format, &inner);
+  if (s) return s;
+  s = begin_scene(path, format, &inner, err);
   if (!s) return NULL;
-  s->path = arena_text(&s->arena, path);
-  s->root = arena_text(&s->arena, inner.root);
-  s->allow_outside = inner.allow_outside;
-  s->is_model = format->import != import_json;
   Err first = {0};
-  if (!s->path || (inner.root && !s->root)) {
-    err_memory(err, path, 0);
-  } else if (format->import(s, path, &inner, &first)) {
-    return s;
-  } else {
-    explain(path, format, &first);
-    err_set(err, first.kind, "%s", first.text);
-  }
+  if (note_sources(s, format, &inner, &first) && format->import(s, path, &inner, &first)) return s;
+  explain(path, format, &first);
+  err_set(err, first.kind, "%s", first.text);
   scene_destroy(s);
   return NULL;
 }

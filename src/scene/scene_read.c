@@ -4,6 +4,7 @@
 
 #include "base/file.h"
 #include "scene/element.h"
+#include "scene/rfm.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -140,11 +141,39 @@ static bool read_sections(const SceneReader *r)
   return true;
 }
 
-static bool read_document(Scene *s, const JsonDoc *doc, const LoadOptions *options, Err *err)
+static bool read_names(SceneReader *r)
 {
-  SceneReader r = {.element = {.scene = s, .doc = doc, .options = options, .err = err}, .root = js_root(doc)};
-  return check_version(&r, err) && check_sections(&r, err) && check_forms(&r, err) && enter_names(&r, err) &&
-         read_sections(&r);
+  Err *err = r->element.err;
+  r->root = js_root(r->element.doc);
+  return check_version(r, err) && check_sections(r, err) && check_forms(r, err) && enter_names(r, err);
+}
+
+// Gives embedded pictures to the textures just named, before their content is read.
+static bool link_pictures(Scene *s, const RfmPictures *p, const char *path, Err *err)
+{
+  bool ok = p->texture_count == s->textures.count;
+  for (size_t i = 0; ok && i < p->texture_count; i++) {
+    const int32_t k = p->picture_of[i];
+    ok = k >= -1 && (k < 0 || (size_t)k < p->picture_count);
+    if (!ok || k < 0) continue;
+    s->textures.items[i].embedded = p->pictures[k].data;
+    s->textures.items[i].embedded_size = p->pictures[k].size;
+  }
+  return ok ||
+         err_set(err, ERR_BAD_SCENE,
+                 "%s: this saved model is damaged: its textures and pictures do not fit together; convert "
+                 "it again from the model it was made of",
+                 path);
+}
+
+bool scene_read_linked(Scene *s, Span text, const char *path, const RfmPictures *pictures,
+                       const LoadOptions *options, Err *err)
+{
+  JsonDoc *doc = js_parse(text.data, text.size, path, err);
+  SceneReader r = {.element = {.scene = s, .doc = doc, .options = options, .is_edit = true, .err = err}};
+  const bool ok = doc && read_names(&r) && link_pictures(s, pictures, path, err) && read_sections(&r);
+  js_free(doc);
+  return ok;
 }
 
 static bool is_blank(const uint8_t *data, size_t size)
@@ -172,7 +201,8 @@ bool import_json(Scene *s, const char *path, const LoadOptions *options, Err *er
             FILE_VERSION);
   } else {
     JsonDoc *doc = js_parse((const char *)file.data + mark, file.size - mark, path, err);
-    ok = doc && read_document(s, doc, options, err);
+    SceneReader r = {.element = {.scene = s, .doc = doc, .options = options, .err = err}};
+    ok = doc && read_names(&r) && read_sections(&r);
     js_free(doc);
   }
   file_release(&file);

@@ -3,6 +3,8 @@
 // are named after their content, so that saving never overwrites a file with another's data, and saving again writes
 // the same names. Pictures that would be left outside the new folder are copied there. What the forms cannot hold is
 // left out: tangents and a mesh's second texture coordinates.
+//
+// A saved model (rfm.h) is such a copy, too, but with meshes as they are and pictures inside.
 
 #include "base/file.h"
 #include "base/hash.h"
@@ -46,6 +48,7 @@ typedef struct Saver {
   Text old_folder;      // the scene's own so far
   Text data_name;       // "castle.data", beside the new scene
   bool has_data;        // that folder is there
+  bool is_one_file;     // meshes stay as they are, and pictures go inside
   Err *err;
 } Saver;
 
@@ -216,11 +219,16 @@ static bool save_picture(Saver *s, Texture *t)
   return t->image.file;
 }
 
+static bool is_left_outside(const char *from, const char *file)
+{
+  return from && file && !strncmp(file, "../", 3) && !text_equal(from, file);
+}
+
 // A picture that would lie outside the new scene's folder, from where it may not be read, comes along. One that cannot
 // be read stays a name: rendering says what is wrong with it.
 static bool bring_picture(Saver *s, const char *name, const char *from, const char **file)
 {
-  if (!from || !*file || strncmp(*file, "../", 3) || text_equal(from, *file)) return true;
+  if (!is_left_outside(from, *file)) return true;
   Text old = {0}, path = {0};
   FileBytes bytes;
   text_add(&old, "%s/%s", text_get(&s->folder), *file);
@@ -236,8 +244,34 @@ static bool bring_picture(Saver *s, const char *name, const char *from, const ch
   return ok;
 }
 
+// The same for a scene that becomes one file.
+static bool embed_picture(Saver *s, const char *from, Texture *t)
+{
+  Text path = {0};
+  FileBytes bytes;
+  if (!is_left_outside(from, t->image.file)) return true;
+  text_add(&path, "%s/%s", text_get(&s->folder), t->image.file);
+  bool ok = !path.failed || err_memory(s->err, t->image.file, 0);
+  if (ok && file_read(&bytes, text_get(&path), NULL)) {
+    uint8_t *copy = arena_alloc(&s->copy->arena, bytes.size + 1, 1);
+    ok = copy || err_memory(s->err, t->image.file, bytes.size);
+    if (copy)
+      memcpy(copy, bytes.data,
+             bytes.size + 1); // with the zero byte behind, as an empty one must have an address
+    t->embedded = copy;
+    t->embedded_size = bytes.size;
+    t->image.file = NULL;
+    file_release(&bytes);
+  }
+  text_finish(&path);
+  return ok;
+}
+
 static bool bring_pictures(Saver *s, const Group *g, const void *from, void *to)
 {
+  if (s->is_one_file && g == &group_texture)
+    return ((Texture *)to)->kind != TEXTURE_IMAGE ||
+           embed_picture(s, ((const Texture *)from)->image.file, to);
   if (g == &group_texture && ((Texture *)to)->kind == TEXTURE_IMAGE)
     return bring_picture(s, ((Texture *)to)->name, ((const Texture *)from)->image.file,
                          &((Texture *)to)->image.file);
@@ -320,7 +354,8 @@ static bool add_parts(Saver *s, const Object *o, const SavedMesh *mesh)
 static bool save_object(Saver *s, const Object *o)
 {
   const bool is_mesh = o->shape.kind == SHAPE_MESH && !o->shape.mesh.file && o->shape.mesh_i >= 0;
-  if (is_mesh) return save_mesh(s, o->shape.mesh_i) && add_parts(s, o, &s->meshes[o->shape.mesh_i]);
+  if (is_mesh && !s->is_one_file)
+    return save_mesh(s, o->shape.mesh_i) && add_parts(s, o, &s->meshes[o->shape.mesh_i]);
   Object moved = *o;
   return move_files(s, &group_object, &moved) && add_object(s, &moved);
 }
@@ -336,7 +371,7 @@ static bool copy_element(Saver *s, const Section *c, const void *element)
     return err_memory(s->err, c->group->name, c->group->size);
   void *copy = section_at(s->copy, c, i);
   return move_files(s, c->group, copy) && bring_pictures(s, c->group, element, copy) &&
-         (c->group != &group_texture || save_picture(s, copy));
+         (c->group != &group_texture || s->is_one_file || save_picture(s, copy));
 }
 
 static bool fill_copy(Saver *s)
@@ -367,6 +402,16 @@ static bool prepare(Saver *s, const char *path)
   return true;
 }
 
+static void finish(Saver *s)
+{
+  text_finish(&s->folder);
+  text_finish(&s->old_folder);
+  text_finish(&s->data_name);
+  mem_free(s->meshes);
+  array_finish(&s->pictures);
+  table_finish(&s->pictures_found);
+}
+
 bool scene_save(const Scene *scene, const char *path, Err *err)
 {
   Saver s = {.scene = scene, .err = err};
@@ -374,12 +419,32 @@ bool scene_save(const Scene *scene, const char *path, Err *err)
   const bool ok = prepare(&s, path) && fill_copy(&s) && scene_write(s.copy, &out, err) &&
                   file_write_whole(path, text_get(&out), out.length, err);
   text_finish(&out);
-  text_finish(&s.folder);
-  text_finish(&s.old_folder);
-  text_finish(&s.data_name);
-  mem_free(s.meshes);
-  array_finish(&s.pictures);
-  table_finish(&s.pictures_found);
+  finish(&s);
   scene_destroy(s.copy);
   return ok;
+}
+
+static bool share_meshes(Saver *s)
+{
+  for (size_t i = 0; i < s->scene->meshes.count; i++) {
+    const Mesh *mesh = &s->scene->meshes.items[i];
+    const int32_t copy_i = scene_add_mesh(s->copy, mesh->name, mesh_data_share(mesh->data));
+    if (copy_i < 0) return err_memory(s->err, "a mesh", 0);
+    s->copy->meshes.items[copy_i].slots = mesh->slots;
+    s->copy->meshes.items[copy_i].slot_count = mesh->slot_count;
+  }
+  return true;
+}
+
+Scene *scene_move(const Scene *scene, const char *path, Err *err)
+{
+  Saver s = {.scene = scene, .is_one_file = true, .err = err};
+  const bool ok = prepare(&s, path) && share_meshes(&s) && fill_copy(&s);
+  finish(&s);
+  if (ok) {
+    s.copy->is_model = scene->is_model;
+    return s.copy;
+  }
+  scene_destroy(s.copy);
+  return NULL;
 }

@@ -2,10 +2,11 @@
 // scene_save.c adds the files that bulk data needs.
 
 #include "scene/element.h"
+#include "scene/rfm.h"
 
 #include <stdint.h>
 
-static void write_by_name(const Scene *s, const Section *c, Text *out, bool *is_finite)
+static void write_by_name(const Scene *s, const Section *c, size_t mesh_limit, Text *out, bool *is_finite)
 {
   text_add(out, "{");
   for (size_t i = 0; i < section_count(s, c); i++) {
@@ -13,7 +14,7 @@ static void write_by_name(const Scene *s, const Section *c, Text *out, bool *is_
     if (i) text_add(out, ",");
     js_put_text(out, *group_name(c->group, e));
     text_add(out, ":");
-    element_write(s, c->group, e, false, SIZE_MAX, out, is_finite);
+    element_write(s, c->group, e, false, mesh_limit, out, is_finite);
   }
   text_add(out, "}");
 }
@@ -24,13 +25,13 @@ static bool is_sound(const Section *c, const void *element)
   return c->group != &group_object || element_check(c->group, element, NULL, NULL);
 }
 
-static void write_list(const Scene *s, const Section *c, Text *out, bool *is_finite)
+static void write_list(const Scene *s, const Section *c, size_t mesh_limit, Text *out, bool *is_finite)
 {
   text_add(out, "[");
   for (size_t i = 0, written = 0; i < section_count(s, c); i++) {
     if (!is_sound(c, section_at(s, c, i))) continue;
     if (written++) text_add(out, ",");
-    element_write(s, c->group, section_at(s, c, i), true, SIZE_MAX, out, is_finite);
+    element_write(s, c->group, section_at(s, c, i), true, mesh_limit, out, is_finite);
   }
   text_add(out, "]");
 }
@@ -46,12 +47,14 @@ static bool is_written(const Scene *s, const Section *c)
   return false;
 }
 
-static void write_section(const Scene *s, const Section *c, Text *out, bool *is_finite)
+static void write_section(const Scene *s, const Section *c, size_t mesh_limit, Text *out, bool *is_finite)
 {
   switch (c->form) {
-  case SECTION_ONE: element_write(s, c->group, section_at(s, c, 0), false, SIZE_MAX, out, is_finite); return;
-  case SECTION_BY_NAME: write_by_name(s, c, out, is_finite); return;
-  case SECTION_LIST: write_list(s, c, out, is_finite); return;
+  case SECTION_ONE:
+    element_write(s, c->group, section_at(s, c, 0), false, mesh_limit, out, is_finite);
+    return;
+  case SECTION_BY_NAME: write_by_name(s, c, mesh_limit, out, is_finite); return;
+  case SECTION_LIST: write_list(s, c, mesh_limit, out, is_finite); return;
   }
 }
 
@@ -69,9 +72,9 @@ static bool check_embedded(const Scene *s, Err *err)
   return true;
 }
 
-bool scene_write(const Scene *s, Text *out, Err *err)
+// Meshes of more triangles than mesh_limit are written as "mesh": N.
+static bool write_scene(const Scene *s, size_t mesh_limit, Text *out, Err *err)
 {
-  if (!check_embedded(s, err)) return false;
   Text compact = {0};
   bool is_finite = true;
   text_add(&compact, "{\"rayfold\":1");
@@ -79,7 +82,7 @@ bool scene_write(const Scene *s, Text *out, Err *err)
     const Section *c = &scene_sections[i];
     if (!is_written(s, c)) continue;
     text_add(&compact, ",\"%s\":", c->group->name);
-    write_section(s, c, &compact, &is_finite);
+    write_section(s, c, mesh_limit, &compact, &is_finite);
   }
   text_add(&compact, "}");
   bool ok = true;
@@ -92,4 +95,14 @@ bool scene_write(const Scene *s, Text *out, Err *err)
   }
   text_finish(&compact);
   return ok;
+}
+
+bool scene_write(const Scene *s, Text *out, Err *err)
+{
+  return check_embedded(s, err) && write_scene(s, SIZE_MAX, out, err);
+}
+
+bool scene_write_linked(const Scene *s, Text *out, Err *err)
+{
+  return write_scene(s, 0, out, err);
 }

@@ -2,6 +2,7 @@
 
 #include "world/parts.h"
 
+#include "accel/saved_tree.h"
 #include "base/hash.h"
 
 #include <string.h>
@@ -205,6 +206,10 @@ static void build_tree(const WorldParts *p, MeshPart *part, Jobs *jobs, const Ca
 {
   const MeshData *m = part->data;
   if (part->tree) return;
+  if (saved_tree_suits(&m->tree, p->tree_options)) {
+    part->tree = mesh_tree_open(&m->tree, m->triangle_count, m->file, jobs, err);
+    return;
+  }
   part->tree = part->old ? mesh_tree_refit(part->old, m->positions, m->vertex_count, m->triangles, m->triangle_count,
                                            jobs, cancel, err)
                          : mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count,
