@@ -210,6 +210,11 @@ static const Given *last_given(const Args *a, const char *name)
   return NULL;
 }
 
+bool args_know(const Args *a, const char *name)
+{
+  return find_option(a->command, name, strlen(name)) != NULL;
+}
+
 bool args_has(const Args *a, const char *name)
 {
   return last_given(a, name) != NULL;

@@ -68,6 +68,8 @@ struct Args {
 ExitCode args_parse(Args *a, const Command *command, int argc, char **argv);
 void args_finish(Args *a);
 
+// Is it in the command's table? Only such may be asked for below.
+bool args_know(const Args *a, const char *name);
 // What was given for an option of the command's table; of a repeated one, the last.
 bool args_has(const Args *a, const char *name);
 const char *args_text(const Args *a, const char *name); // NULL: not given

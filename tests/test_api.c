@@ -134,7 +134,7 @@ TEST(objects_keep_their_handles)
   rf_scene *s = rf_scene_create(e);
   rf_object objects[COUNT];
   bool is_there[COUNT];
-  char name[COUNT][12];
+  char name[COUNT][16];
   for (int i = 0; i < COUNT; i++) {
     snprintf(name[i], sizeof name[i], "o%d", i);
     objects[i] = rf_add(s, "sphere", name[i]);

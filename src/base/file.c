@@ -166,6 +166,7 @@ failed:
 
 bool file_write(FileOut *f, const void *data, size_t size, Err *err)
 {
+  if (!size) return true; // data may be NULL
   return fwrite(data, 1, size, f->stream) == size || write_error(err, f->path, errno);
 }
 

@@ -157,7 +157,7 @@ static bool read_parts(Film *f, const FilmHead *head, const FileBytes *file, Fil
   if (label->note.failed) return err_memory(err, "a film's note", note);
   at += ranges + padded(note);
   for (int i = 0; i < FILM_ARRAY_COUNT; i++) {
-    memcpy(*arrays[i].data, at, array_size(f, &arrays[i]));
+    if (*arrays[i].data) memcpy(*arrays[i].data, at, array_size(f, &arrays[i]));
     at += array_size(f, &arrays[i]);
   }
   label->key = head->key;
