@@ -145,7 +145,7 @@ TEST(damage_is_refused)
   CHECK(read_kind(bytes_at("long.rff", copy, file.size + 1), NULL) == ERR_BAD_SCENE);
   char text[200];
   CHECK(read_kind(bytes_at("other.rff",
-                           "\x89PNG\r\n\x1a\n and more of it, long enough to hold a head of a film", 66),
+                           "\x89PNG\r\n\x1a\n and more of it, long enough to hold a head of a film", 60),
                   text) == ERR_BAD_SCENE &&
         strstr(text, "is not a film"));
   memcpy(copy, file.data, file.size);

@@ -22,6 +22,11 @@ static bool write_what_counts(const Scene *s, Text *out, Err *err)
 {
   Scene like = *s;
   like.render.spp = 1;
+  // Trees of every kind give the same hits; what they cost is a picture of its own.
+  if (like.render.integrator != INTEGRATOR_COST) {
+    like.render.tree = SCENE_TREE_FAST;
+    like.render.compact = false;
+  }
   group_default(&group_develop, 0, &like.develop);
   return scene_write(&like, out, err);
 }

@@ -183,14 +183,19 @@ static void sync_folder(const char *path)
   text_finish(&folder);
 }
 
-bool file_commit(FileOut *f, Err *err)
+bool file_settle(FileOut *f, Err *err)
 {
   errno = 0;
   bool ok = !ferror(f->stream) && !fflush(f->stream) && !fsync(fileno(f->stream));
   const int why = errno ? errno : EIO;
   if (fclose(f->stream)) ok = false;
   f->stream = NULL;
-  if (!ok) return write_error(err, f->path, why);
+  return ok || write_error(err, f->path, why);
+}
+
+bool file_commit(FileOut *f, Err *err)
+{
+  if (f->stream && !file_settle(f, err)) return false;
   if (rename(f->temp, f->path)) return write_error(err, f->path, errno);
   mem_free(f->temp);
   f->temp = NULL;

@@ -45,7 +45,8 @@ typedef struct FileOut {
 
 bool file_begin(FileOut *f, const char *path, Err *err);
 bool file_write(FileOut *f, const void *data, size_t size, Err *err);
-bool file_commit(FileOut *f, Err *err); // flush, fsync, rename over the target; the whole file or none
+bool file_settle(FileOut *f, Err *err); // flush, fsync: what can fail for want of room has not. Then only commit
+bool file_commit(FileOut *f, Err *err); // settle, rename over the target; the whole file or none
 void file_finish(FileOut *f);           // accepts zero; removes what was not committed
 
 // The same in one call.
