@@ -3,9 +3,12 @@
 #include "kept_film.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 // --- which samples --------------------------------------------------------------------------------
@@ -66,6 +69,33 @@ static ExitCode make_note(KeptFilm *k, rf_engine *engine, rf_scene *scene, const
   return EXIT_DONE;
 }
 
+// Two renders on one film would each write over what the other added. The lock is on a file of its own, since the film
+// is replaced at each writing; it may have been removed by a render that ended between open and lock.
+static ExitCode lock(KeptFilm *k)
+{
+  char path[4096];
+  struct stat ours, named;
+  if (snprintf(path, sizeof path, "%s.lock", k->path) >= (int)sizeof path)
+    return fail(EXIT_USAGE, "--film: the name is too long");
+  for (;;) {
+    const int fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (fd < 0) return fail(EXIT_NO_OUTPUT, "cannot write %s: %s", path, strerror(errno));
+    if (flock(fd, LOCK_EX | LOCK_NB)) {
+      const int why = errno;
+      close(fd);
+      if (why != EWOULDBLOCK) return EXIT_DONE; // a file system without locks
+      return fail(EXIT_NO_OUTPUT,
+                  "--film %s: another render is at work on it; name another file, and merge them afterwards",
+                  k->path);
+    }
+    if (!fstat(fd, &ours) && !stat(path, &named) && ours.st_ino == named.st_ino) {
+      k->lock = fd;
+      return EXIT_DONE;
+    }
+    close(fd);
+  }
+}
+
 static ExitCode check_same(const KeptFilm *k, const rf_film *film, const rf_film_label *label,
                            unsigned planes)
 {
@@ -102,7 +132,8 @@ ExitCode kept_film_open(KeptFilm *k, rf_film **film, rf_engine *engine, rf_scene
 {
   int width, height;
   rf_scene_render_def(scene, &width, &height);
-  const ExitCode code = make_note(k, engine, scene, scene_name);
+  ExitCode code = lock(k);
+  if (!code) code = make_note(k, engine, scene, scene_name);
   if (code) return code;
   k->key = rf_picture_key(scene, world, eye);
   if (!k->key) return fail_library(engine);
@@ -118,6 +149,12 @@ ExitCode kept_film_write(const KeptFilm *k, rf_engine *engine, const rf_film *fi
 
 void kept_film_finish(KeptFilm *k)
 {
+  char path[4096];
   free(k->note);
-  k->note = NULL;
+  if (k->lock) {
+    snprintf(path, sizeof path, "%s.lock", k->path);
+    unlink(path);
+    close(k->lock);
+  }
+  *k = (KeptFilm){0};
 }

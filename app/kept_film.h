@@ -14,6 +14,7 @@ typedef struct KeptFilm {
   const char *path;
   uint64_t key;
   char *note; // owned
+  int lock;   // of PATH.lock, held while the render runs; 0: none
 } KeptFilm;
 
 typedef struct Range {
@@ -21,7 +22,7 @@ typedef struct Range {
 } Range;
 
 // *film: the one in the file, or a new one if there is no file. Says why not when it is of another picture or lacks a
-// plane.
+// plane, or another render is at work on the file.
 ExitCode kept_film_open(KeptFilm *k, rf_film **film, rf_engine *engine, rf_scene *scene,
                         const rf_world *world, const rf_eye *eye, const char *scene_name, unsigned planes,
                         bool is_quiet);

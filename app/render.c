@@ -142,7 +142,8 @@ typedef struct Render { // all that one run owns
   rf_scene *scene;
   rf_world *world;
   rf_film *film;
-  KeptFilm kept; // path NULL: not kept
+  KeptFilm kept;      // path NULL: not kept
+  ExitCode kept_code; // of its last writing
   unsigned planes;
   rf_eye eye;
   rf_render_def def;
@@ -418,9 +419,10 @@ static ExitCode render_kept_range(Render *r, Range range, bool *is_enough)
     const int taken = r->stats.rendered.samples;
     const double start = r->before.seconds;
     r->def.budget_seconds = left < KEPT_SECONDS ? left : KEPT_SECONDS;
-    ExitCode code = render_range(r, range, r->film);
-    if (!code) code = kept_film_write(&r->kept, r->engine, r->film);
+    const ExitCode code = render_range(r, range, r->film);
     if (code) return code;
+    // A disk that is full for a while must not end the render; only the last writing counts.
+    r->kept_code = kept_film_write(&r->kept, r->engine, r->film);
     range.first += r->stats.rendered.samples - taken;
     const bool is_early = range.first < range.end && r->before.seconds - start < r->def.budget_seconds;
     *is_enough = is_early || (time > 0 && r->before.seconds >= time);
@@ -504,6 +506,7 @@ static ExitCode write_all(Render *r)
   ExitCode code = write_pictures(r);
   const ExitCode after = write_hash_and_stats(r);
   if (!code) code = after;
+  if (!code) code = r->kept_code;
   if (code) return code;
   print_summary(r);
   if (!r->is_stop_said || r->stats.rendered.samples >= r->samples_wanted) return EXIT_DONE;

@@ -18,7 +18,7 @@ _Static_assert(ATOMIC_INT_LOCK_FREE == 2 && ATOMIC_POINTER_LOCK_FREE == 2,
 
 static void leave_now(void)
 {
-  static const char text[] = "\nrayfold: stopped, nothing was saved; run the same command again\n";
+  static const char text[] = "\nrayfold: stopped; run the same command again\n";
   const ssize_t ignored = write(STDERR_FILENO, text, sizeof text - 1);
   (void)ignored;
   _exit(EXIT_STOPPED);

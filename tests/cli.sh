@@ -573,6 +573,11 @@ printf 'x' | dd of=broken.rff bs=1 seek=500 conv=notrunc 2>err
 expect 65 'broken.rff is damaged' merge broken.rff -o hash
 cp a.rff broken.rff~
 expect 0 'broken.rff is damaged; taking broken.rff~' merge broken.rff -o hash
+command -v flock >/dev/null && {
+  flock locked.rff.lock "$rayfold" render $base --spp 2 --film locked.rff >out 2>err
+  same $? 73 "a film that another render has"
+  has 'another render is at work on it' err
+}
 # A scene whose mesh was changed is another picture, though its own text is the same.
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >changing.obj
 expect 0 '' render changing.obj --size 16x16 --spp 1 --film mesh.rff --quiet

@@ -174,6 +174,11 @@ TEST(the_one_before_is_taken_when_the_newest_is_damaged)
   check_same(first, back);
   CHECK(is_older);
   film_destroy(back);
+  // The damaged file does not push out the sound one when the next is written.
+  CHECK(film_write(second, 1, "", path, NULL) && truncate(path, 100) == 0);
+  back = film_read(path, &label, &is_older, NULL);
+  check_same(first, back);
+  film_destroy(back);
   film_destroy(first);
   film_destroy(second);
   text_finish(&label.note);

@@ -411,6 +411,18 @@ TEST(trees_that_lead_out_or_round_are_refused)
   WITH(&nodes[0].box[0][inner], (float)NAN, wrong);
   WITH(&nodes[0].box[0][inner], INFINITY, wrong);
   WITH(&nodes[0].box[3][inner], -INFINITY, wrong);
+  WITH(&nodes[node].child[unused], 0, wrong); // walks would not go there, refits would
+  WITH(&nodes[0].count[inner], 1, wrong);
+  int leaf = -1;
+  uint32_t parent = 0;
+  for (; leaf < 0; parent += leaf < 0)
+    for (int k = 0; k < 8; k++)
+      if (nodes[parent].count[k] > 1) leaf = k;
+  WITH(&nodes[parent].count[leaf], 0, wrong);
+  WITH(&nodes[parent].count[leaf], 9, wrong);
+  WITH(&nodes[parent].count[leaf], (uint8_t)(nodes[parent].count[leaf] - 1), wrong);
+  WITH(&nodes[parent].child[leaf], nodes[parent].child[leaf] ^ 1, wrong); // two parents, and none for another
+  WITH(&head->root, LEAF_BIT, wrong);
   WITH(&nodes[node].box[0][unused], 0, wrong); // a lane that half a box makes neither used nor unused
   WITH(&blocks[block].prim[0], 20u * 20 * 2, wrong);
   WITH(&blocks[block].prim[0], NO_HIT, wrong);
@@ -442,12 +454,23 @@ TEST(trees_that_are_too_deep_are_refused)
     }
   }
   check_sealed(&b, "the tree of a mesh is not sound");
-  nodes[MOST_DEPTH - 1].child[0] = LEAF_BIT; // the deepest there may be
-  seal(b.data, b.size);
+  free(b.data);
+}
+
+// What was saved can be moved: its tree is followed without being written to.
+TEST(saved_models_can_be_moved)
+{
+  const Bytes b = saved_sheet(30);
   rf_engine *e = engine(1);
+  rf_scene *s = rf_scene_load(e, model_write("moves.rfm", b.data, b.size), NULL);
+  rf_world *world = rf_prepare(s, NULL);
+  CHECK(s && world);
   const Fuzz f = {.engine = e};
-  const char *text = "";
-  CHECK_MSG(fuzz_open(&f, model_write("wrong.rfm", b.data, b.size), &text), "%s", text);
+  fuzz_move(&f, s, world);
+  const char *text;
+  CHECK_MSG(rf_error(e, &text) == RF_OK, "%s", text);
+  rf_world_destroy(world);
+  rf_scene_destroy(s);
   rf_engine_destroy(e);
   free(b.data);
 }

@@ -138,10 +138,12 @@ static void move_beside(Forest *f, uint32_t n, uint32_t to)
   refit_above(f, to);
 }
 
-static void reinsert_all(Forest *f, size_t count)
+// Any place to stop at leaves a tree; who cancelled asks again.
+static void reinsert_all(Forest *f, size_t count, const Cancel *cancel)
 {
   for (int round = 0; round < ROUNDS; round++) {
     for (uint32_t n = 1; n < count; n++) {
+      if (n % 1024 == 0 && is_cancelled(cancel)) return;
       const Spot spot = best_spot(f, n);
       if (spot.node != n) move_beside(f, n, spot.node);
     }
@@ -212,7 +214,7 @@ bool tree_reinsert(const Build *b, BinaryTree *t, int most_depth, uint32_t first
   if (ok) {
     memcpy(f.nodes, t->items, size);
     for (uint32_t i = 0; i < t->count; i++) adopt(&f, i);
-    reinsert_all(&f, t->count);
+    reinsert_all(&f, t->count, b->cancel);
   }
   if (ok && lay_down(&f, prims, first, most_depth, &out)) {
     memcpy(t->items, out.nodes, size);

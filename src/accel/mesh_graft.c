@@ -263,7 +263,10 @@ static bool number_all(Grafting *g)
     graft->first_block = t->block_count;
     t->node_count += graft->tree.node_count;
     t->block_count += graft->tree.block_count;
-    t->triangle_count = t->triangle_count + graft->tree.triangle_count - g->refit->states[graft->node].lanes;
+    // Lanes count a triangle once for each leaf it is in, so this is a bound from below, never under the graft's own.
+    const size_t lanes = g->refit->states[graft->node].lanes;
+    t->triangle_count -= lanes < t->triangle_count ? lanes : t->triangle_count;
+    t->triangle_count += graft->tree.triangle_count;
   }
   return true;
 }
@@ -318,6 +321,7 @@ static bool join(Grafting *g, Err *err)
   MeshTree *t = g->tree = mem_zero(1, sizeof *t);
   if (!t) return err_memory(err, "a mesh's tree", sizeof *t);
   atomic_init(&t->users, 1);
+  t->quality = from->quality;
   t->bounds = from->bounds;
   if (!number_all(g)) return err_memory(err, "a mesh's tree", mesh_tree_bytes(from));
   t->root = g->node_map[from->root];

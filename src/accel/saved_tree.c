@@ -32,6 +32,15 @@ static void sort_lanes(const Node8 *n, unsigned *used, unsigned *unused)
   }
 }
 
+// Refits size their room by a leaf's count. Of a tree of pieces it may be more than the triangles it holds.
+static bool is_leaf_sound(const MeshTree *t, uint32_t block_i, uint8_t count)
+{
+  int used = 0;
+  if (block_i >= t->block_count || count < 1 || count > 8) return false;
+  for (int i = 0; i < 8; i++) used += t->blocks[block_i].prim[i] != NO_HIT;
+  return used <= count;
+}
+
 static bool is_node_sound(const MeshTree *t, size_t i)
 {
   const Node8 *n = &t->nodes[i];
@@ -39,11 +48,14 @@ static bool is_node_sound(const MeshTree *t, size_t i)
   sort_lanes(n, &used, &unused);
   if ((used | unused) != 0xff) return false;
   for (unsigned left = used; left; left &= left - 1) {
-    const uint32_t child = n->child[__builtin_ctz(left)];
-    const bool ok =
-        child & LEAF_BIT ? (child & ~LEAF_BIT) < t->block_count : child > i && child < t->node_count;
+    const int lane = __builtin_ctz(left);
+    const uint32_t child = n->child[lane];
+    const bool ok = child & LEAF_BIT ? is_leaf_sound(t, child & ~LEAF_BIT, n->count[lane])
+                                     : child > i && child < t->node_count && n->count[lane] == 0;
     if (!ok) return false;
   }
+  for (unsigned left = unused; left; left &= left - 1)
+    if (n->child[__builtin_ctz(left)] != EMPTY_TREE) return false;
   return true;
 }
 
@@ -77,22 +89,25 @@ static void check_chunk(void *user, size_t item, int worker)
 
 // --- the whole --------------------------------------------------------------------------------------
 // A child's number is greater than its parent's, so each node's depth is known when its turn comes. A second parent
-// would make a tree of thousands of nodes a walk of billions of steps.
-static bool are_links_sound(const MeshTree *t, uint8_t *depth)
+// would make a tree of thousands of nodes a walk of billions of steps; and refits want every node and leaf to be in
+// the tree, once.
+static bool are_links_sound(const MeshTree *t, uint8_t *depth, uint8_t *is_seen)
 {
-  if (!(t->root & LEAF_BIT)) depth[t->root] = 1;
+  size_t leaves = 0;
+  depth[t->root] = 1;
   for (size_t i = 0; i < t->node_count; i++) {
-    if (!depth[i]) continue;
     const Node8 *n = &t->nodes[i];
-    if (depth[i] > MOST_DEPTH) return false;
+    if (!depth[i] || depth[i] > MOST_DEPTH) return false;
     for (int lane = 0; lane < 8; lane++) {
       const uint32_t child = n->child[lane];
-      if (child & LEAF_BIT || !(n->box[0][lane] <= n->box[1][lane])) continue;
-      if (depth[child]) return false;
-      depth[child] = (uint8_t)(depth[i] + 1);
+      if (child == EMPTY_TREE) continue;
+      uint8_t *seen = child & LEAF_BIT ? &is_seen[child & ~LEAF_BIT] : &depth[child];
+      if (*seen) return false;
+      *seen = (uint8_t)(depth[i] + 1);
+      leaves += child >> 31;
     }
   }
-  return true;
+  return leaves == t->block_count;
 }
 
 static bool fail_damaged(const SharedFile *file, Err *err)
@@ -109,7 +124,8 @@ static bool is_root_sound(const MeshTree *t)
 {
   if (t->root == EMPTY_TREE) return t->block_count == 0 && t->node_count == 0;
   if (bounds_is_empty(&t->bounds) || !bounds_is_finite(&t->bounds)) return false;
-  return t->root & LEAF_BIT ? (t->root & ~LEAF_BIT) < t->block_count : t->root < t->node_count;
+  if (t->root & LEAF_BIT) return t->root == LEAF_BIT && t->block_count == 1 && t->node_count == 0;
+  return t->root < t->node_count;
 }
 
 static bool check_tree(const MeshTree *t, size_t mesh_triangle_count, Jobs *jobs, Err *err)
@@ -121,9 +137,9 @@ static bool check_tree(const MeshTree *t, size_t mesh_triangle_count, Jobs *jobs
   jobs_run(jobs, node_chunks + (t->block_count + CHUNK - 1) / CHUNK, check_chunk, &c, NULL);
   if (atomic_load(&c.is_bad)) return fail_damaged(t->file, err);
   if (!t->node_count) return true;
-  uint8_t *depth = mem_zero(t->node_count, 1);
-  if (!depth) return err_memory(err, "checking a tree", t->node_count);
-  const bool ok = are_links_sound(t, depth);
+  uint8_t *depth = mem_zero(t->node_count + t->block_count, 1);
+  if (!depth) return err_memory(err, "checking a tree", t->node_count + t->block_count);
+  const bool ok = are_links_sound(t, depth, depth + t->node_count);
   mem_free(depth);
   return ok || fail_damaged(t->file, err);
 }
@@ -131,7 +147,8 @@ static bool check_tree(const MeshTree *t, size_t mesh_triangle_count, Jobs *jobs
 bool saved_tree_suits(const SavedTree *saved, TreeOptions wanted)
 {
   const TreeHead *head = saved->head.data;
-  if (saved->head.size != sizeof *head || head->layout != SAVED_NODE8_TRI8 || head->has_pieces > 1) return false;
+  if (saved->head.size != sizeof *head || head->layout != SAVED_NODE8_TRI8 || head->has_pieces > 1)
+    return false;
   if (wanted.layout != TREE_FLOAT) return false;
   return head->quality == SAVED_BEST || (head->quality == SAVED_FAST && wanted.quality == TREE_FAST);
 }

@@ -9,7 +9,7 @@
 #include <float.h>
 #include <string.h>
 
-enum { BINS = 12, MOST_LEVELS = 60 };
+enum { BINS = 12 };
 
 // What a group of emitters sends and from where.
 typedef struct Sender {
@@ -53,6 +53,9 @@ static void cone_add(Sender *s, Vec3 axis, float cos_spread)
     s->cos_spread = cos_spread;
     return;
   }
+  if (s->cos_spread <= -1) return;
+  // Most are single normals within the cone, or the very one it is made of.
+  if (cos_spread >= 1 && v3_dot(s->axis, axis) >= s->cos_spread) return;
   const bool is_wider = cos_spread < s->cos_spread;
   const Vec3 wide_axis = is_wider ? axis : s->axis, other_axis = is_wider ? s->axis : axis;
   const double wide = acos((double)(is_wider ? cos_spread : s->cos_spread));
@@ -63,7 +66,11 @@ static void cone_add(Sender *s, Vec3 axis, float cos_spread)
   if (apart + other <= wide) return;
   const double spread = (wide + apart + other) / 2;
   const Vec3 across = other_axis - v3_dot(wide_axis, other_axis) * wide_axis;
-  if (spread >= pi || v3_length(across) < 1e-6f) {
+  if (v3_length(across) < 1e-5f && apart < 1) { // apart by rounding: there is no telling where to turn
+    s->cos_spread = (float)fmax(cos(fmin(wide + apart + other, pi)) - 1e-6, -1);
+    return;
+  }
+  if (spread >= pi || v3_length(across) < 1e-5f) {
     s->cos_spread = -1;
     return;
   }
@@ -268,16 +275,26 @@ static void make_node(TreeBuild *b, Range r, double scale)
   }
 }
 
+// The items' copy in the arena takes their place.
+static bool move_to(Arena *arena, void **items, size_t count, size_t size)
+{
+  void *to = *items && count ? arena_alloc(arena, count, size) : NULL;
+  if (to) memcpy(to, *items, count * size);
+  mem_free(*items);
+  *items = to;
+  return to || !count;
+}
+
 bool light_tree_build(LightTree *t, Arena *arena, const Emitter *emitters, const double *power, size_t count,
                       Err *err)
 {
   *t = (LightTree){0};
-  // A node has at least two children, so there are fewer nodes than emitters.
-  t->nodes = arena_alloc(arena, count, sizeof *t->nodes);
-  t->parent = arena_alloc(arena, count, sizeof *t->parent);
+  // A node has at least two children, so there are fewer nodes than emitters; how many is known at the end.
+  t->nodes = mem_alloc(count, sizeof *t->nodes);
+  t->parent = mem_alloc(count, sizeof *t->parent);
   t->leaf_of = arena_alloc(arena, count, sizeof *t->leaf_of);
   TreeBuild b = {t, mem_alloc(count, sizeof *b.items), mem_alloc(count + 8, sizeof *b.stack), 0};
-  const bool ok = t->nodes && t->parent && t->leaf_of && b.items && b.stack;
+  bool ok = t->nodes && t->parent && t->leaf_of && b.items && b.stack;
   if (ok) {
     const size_t kept = gather(&b, emitters, power, count);
     double most = 0;
@@ -285,6 +302,8 @@ bool light_tree_build(LightTree *t, Arena *arena, const Emitter *emitters, const
     if (kept) b.stack[b.height++] = (Range){0, (uint32_t)kept, LIGHT_ROOT, 0};
     while (b.height) make_node(&b, b.stack[--b.height], 1 / most);
   }
+  ok = move_to(arena, (void **)&t->nodes, t->node_count, sizeof *t->nodes) && ok;
+  ok = move_to(arena, (void **)&t->parent, t->node_count, sizeof *t->parent) && ok;
   mem_free(b.items);
   mem_free(b.stack);
   return ok || err_memory(err, "the tree of lights", count * sizeof *t->nodes);

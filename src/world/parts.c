@@ -41,10 +41,14 @@ void parts_finish(WorldParts *p)
 // What was built with other options is of no use.
 static MeshTree *share_tree(const WorldParts *p, const WorldParts *previous, int32_t mesh_i)
 {
-  const bool is_alike = mesh_i >= 0 && !memcmp(&previous->tree_options, &p->tree_options, sizeof p->tree_options);
+  const bool is_alike =
+      mesh_i >= 0 && !memcmp(&previous->tree_options, &p->tree_options, sizeof p->tree_options);
   return is_alike ? mesh_tree_share(previous->meshes.items[mesh_i].tree) : NULL;
 }
-static uint64_t origin_key(const MeshData *data) { return (uintptr_t)mesh_data_origin(data); }
+static uint64_t origin_key(const MeshData *data)
+{
+  return (uintptr_t)mesh_data_origin(data);
+}
 
 static int32_t find_mesh(const WorldParts *p, const MeshData *data)
 {
@@ -59,7 +63,8 @@ static uint64_t triangles_key(const MeshData *m)
 {
   enum { LOOKED_AT = 16 };
   const size_t counts[2] = {m->vertex_count, m->triangle_count};
-  const size_t n = m->triangle_count < LOOKED_AT ? m->triangle_count : LOOKED_AT, size = 3 * n * sizeof *m->triangles;
+  const size_t n = m->triangle_count < LOOKED_AT ? m->triangle_count : LOOKED_AT,
+               size = 3 * n * sizeof *m->triangles;
   const uint64_t ends = hash_bytes(hash_bytes(3, counts, sizeof counts), m->triangles, size);
   return hash_bytes(ends, m->triangles + 3 * (m->triangle_count - n), size);
 }
@@ -94,8 +99,8 @@ int32_t parts_add_mesh(WorldParts *p, const WorldParts *previous, MeshData *data
 {
   const int32_t known = find_mesh(p, data), next = (int32_t)p->meshes.count;
   if (known >= 0) return known;
-  if (!array_reserve(&p->meshes, p->meshes.count + 1) || !table_add(&p->meshes_found, origin_key(data), next) ||
-      !remember_triangles(p, data, next))
+  if (!array_reserve(&p->meshes, p->meshes.count + 1) ||
+      !table_add(&p->meshes_found, origin_key(data), next) || !remember_triangles(p, data, next))
     return -1;
   MeshPart part = {.data = mesh_data_share(data)};
   const int32_t same = find_mesh(previous, data), unmoved = same >= 0 ? -1 : find_unmoved(previous, data);
@@ -198,22 +203,23 @@ typedef struct Making {
 static void decode_image(ImagePart *part, Err *err)
 {
   if (part->image.pixels) return;
-  if (part->path) image_read(&part->image, part->path, err);
-  else image_read_bytes(&part->image, part->bytes, part->size, "a picture inside the model", err);
+  if (part->path)
+    image_read(&part->image, part->path, err);
+  else
+    image_read_bytes(&part->image, part->bytes, part->size, "a picture inside the model", err);
 }
 
 static void build_tree(const WorldParts *p, MeshPart *part, Jobs *jobs, const Cancel *cancel, Err *err)
 {
   const MeshData *m = part->data;
   if (part->tree) return;
-  if (saved_tree_suits(&m->tree, p->tree_options)) {
+  if (saved_tree_suits(&m->tree, p->tree_options))
     part->tree = mesh_tree_open(&m->tree, m->triangle_count, m->file, jobs, err);
-    return;
-  }
-  part->tree = part->old ? mesh_tree_refit(part->old, m->positions, m->vertex_count, m->triangles, m->triangle_count,
-                                           jobs, cancel, err)
-                         : mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count,
-                                           p->tree_options, jobs, cancel, err);
+  else
+    part->tree = part->old ? mesh_tree_refit(part->old, m->positions, m->vertex_count, m->triangles,
+                                             m->triangle_count, jobs, cancel, err)
+                           : mesh_tree_build(m->positions, m->vertex_count, m->triangles, m->triangle_count,
+                                             p->tree_options, jobs, cancel, err);
   mesh_tree_release(part->old); // so that it goes with the last world that shows it
   part->old = NULL;
 }
