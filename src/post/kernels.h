@@ -1,0 +1,37 @@
+// Kernels: what the cold side of post asks of the code that is compiled once per instruction set. The table is part of
+// that unit's; one call is some rows of a picture.
+
+#ifndef RAYFOLD_POST_KERNELS_H
+#define RAYFOLD_POST_KERNELS_H
+
+#include "post/maps.h"
+
+#include <stdbool.h>
+
+// A 3x3 convolution with zero padding, bias and ReLU. The inputs' channels follow one another, as if they were one
+// map. With is_up the first input is of half the size and stands for its nearest-neighbour enlargement.
+typedef struct Conv {
+  Map in[2];
+  int in_count;
+  bool is_up;
+  bool pools; // out is of half the size and gets the largest of each 2x2 pixels
+  Map out;
+  // weights: [phase, if is_up][block of out][input][its blocks][tap row][tap column][channel in][16 out]. The enlarged
+  // input has 2x2 taps, others 3x3 (conv_pack() in unet.c).
+  const float *weights, *bias;
+  size_t phase_size, block_size; // floats of weights from one phase, one block of out to the next
+  uint32_t width, height;        // before pooling
+} Conv;
+
+typedef struct PostKernels {
+  // Rows 2 * pair and 2 * pair + 1 (before pooling). scratch: conv_scratch() floats if it pools.
+  void (*conv_rows)(const Conv *c, uint32_t pair, float *scratch);
+} PostKernels;
+
+// Floats that a pooling convolution needs to keep two rows in.
+static inline size_t conv_scratch(uint32_t width, uint32_t channels)
+{
+  return (size_t)map_blocks(channels) * 2 * width * MAP_BLOCK;
+}
+
+#endif
