@@ -23,9 +23,22 @@ typedef struct Conv {
   uint32_t width, height;        // before pooling
 } Conv;
 
+// One pass of the wavelet filter over planes of `stride` floats a row, with a border as wide as the step all around in
+// which no pixel is like any other. Rows are computed to a multiple of 16 pixels.
+typedef struct Atrous {
+  const float *in[4]; // red, green, blue, and the variance of their luminance
+  float *out[4];
+  const float *normal[3], *depth;
+  const float *depth_scale; // 1 / (metres of depth that one pixel may be off)
+  size_t stride, origin;    // origin: of pixel (0, 0)
+  uint32_t width;
+  int step;
+} Atrous;
+
 typedef struct PostKernels {
   // Rows 2 * pair and 2 * pair + 1 (before pooling). scratch: conv_scratch() floats if it pools.
   void (*conv_rows)(const Conv *c, uint32_t pair, float *scratch);
+  void (*atrous_rows)(const Atrous *a, uint32_t first, uint32_t end); // rows [first, end)
 } PostKernels;
 
 // Floats that a pooling convolution needs to keep two rows in.

@@ -5,6 +5,7 @@
 
 #include "accel/batch.h"
 #include "accel/traverse.h"
+#include "post/atrous.h"
 #include "post/conv.h"
 #include "render/tile.h"
 
@@ -37,4 +38,4 @@ static void hot_any_n(const Accel *accel, const PackedRay *rays, uint8_t *blocke
 
 extern const HotTable TABLE_OF(RAYFOLD_LEVEL);
 const HotTable TABLE_OF(RAYFOLD_LEVEL) = {LEVEL_NAME(RAYFOLD_LEVEL), tile_render, hot_closest_n, hot_any_n,
-                                           {conv_rows}};
+                                           {conv_rows, atrous_rows}};
