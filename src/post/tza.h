@@ -1,6 +1,7 @@
-// Tza: the container in which Open Image Denoise's trained networks come, version 2. Little-endian: a header of 12 bytes
-// (0x41d7, major, minor version, offset of the table), tensors, and the table: a count, then for each tensor its name,
-// dimensions, layout, data type ('f' or 'h': 32 or 16 bits) and offset. Everything is checked before it is believed.
+// Tza: the container in which Open Image Denoise's trained networks come, version 2. Little-endian: a header of 12
+// bytes (0x41d7, major, minor version, offset of the table), tensors, and the table: a count, then for each tensor its
+// name, dimensions, layout, data type ('f' or 'h': 32 or 16 bits) and offset. Everything is checked before it is
+// believed.
 
 #ifndef RAYFOLD_POST_TZA_H
 #define RAYFOLD_POST_TZA_H
