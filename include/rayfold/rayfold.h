@@ -280,9 +280,9 @@ typedef struct rf_denoise_def {
 RF_API rf_denoise_def rf_default_denoise_def(void);                    // "best"
 RF_API rf_denoise_def rf_scene_denoise_def(const rf_scene *s);         // as its "render" says
 // Makes a clean picture beside the film's own, which rf_develop() and rf_film_save() take until the film changes or
-// it is made again ("off" drops it). The film, its planes and its hash stay as they are. Takes up to 850 MB. Fails with
-// RF_NOT_FOUND where the weights are not installed, RF_CANCELLED after rf_cancel(); there is no clean picture then.
-// def may be NULL.
+// it is made again ("off" drops it). The film, its planes and its hash stay as they are. Takes 64 bytes a pixel and up
+// to 450 MB. Fails with RF_NOT_FOUND where the weights are not installed and RF_CANCELLED after rf_cancel(); there is no
+// clean picture then. def may be NULL.
 RF_API bool rf_film_denoise(rf_film *f, const rf_denoise_def *def);
 
 // --- pictures ---------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 // The high-quality denoiser: Open Image Denoise's U-Net on colour, albedo and normal, with its authors' weights. Done
 // in tiles of at most DENOISE_TILE pixels that overlap by more than the network sees, so that memory stays below about
-// 850 MB however large the picture, and a tiled picture has the bits of one done whole.
+// 450 MB however large the picture, and a tiled picture has the bits of one done whole.
 
 #ifndef RAYFOLD_POST_DENOISE_NET_H
 #define RAYFOLD_POST_DENOISE_NET_H

@@ -25,9 +25,6 @@ static const struct {
     {"dec_conv2b", 11, NONE, false, false, 1},   {"dec_conv1a", 12, INPUT, false, true, 0},
     {"dec_conv1b", 13, NONE, false, false, 0},   {"dec_conv0", 14, NONE, false, false, 0},
 };
-// Long done with when the other is made, and of the picture's full size: they share their memory.
-enum { EARLY_MAP = 0, LATE_MAP = 14 };
-
 // --- weights --------------------------------------------------------------------------------------
 static const TzaTensor *find(const Tza *t, int layer, const char *what)
 {
@@ -150,11 +147,6 @@ static Map shape_map(const Unet *u, int map, uint32_t width, uint32_t height)
   return m;
 }
 
-static bool shares(const Unet *u, int map)
-{
-  return map == LATE_MAP && map_blocks(channels_of(u, EARLY_MAP)) >= map_blocks(channels_of(u, LATE_MAP));
-}
-
 static size_t scratch_size(const Unet *u, uint32_t width)
 {
   size_t most = 0;
@@ -165,17 +157,63 @@ static size_t scratch_size(const Unet *u, uint32_t width)
   return most;
 }
 
-size_t unet_plan_bytes(const Unet *u, uint32_t width, uint32_t height, int workers)
+// Layers run one after another; a map is in use from the layer that writes it to the last that reads it. The input is
+// there before all, the output after.
+typedef struct Life {
+  int born, dies;
+} Life;
+
+static Life life_of(int map)
 {
-  size_t count = (size_t)workers * scratch_size(u, width);
-  for (int i = 0; i <= UNET_LAYERS; i++) {
-    const Map m = shape_map(u, i, width, height);
-    if (!shares(u, i)) count += map_floats(&m);
-  }
-  return count * sizeof(float);
+  Life l = {map == INPUT ? -1 : map, map == UNET_LAYERS - 1 ? UNET_LAYERS : map};
+  for (int i = 0; i < UNET_LAYERS; i++)
+    if (steps[i].in == map || steps[i].skip == map) l.dies = i;
+  return l;
 }
 
-// Zeros around each block, and behind the last.
+static bool are_together(Life a, Life b) { return a.born <= b.dies && b.born <= a.dies; }
+
+enum { MAP_COUNT = UNET_LAYERS + 1 };
+
+typedef struct Layout {
+  size_t offset[MAP_COUNT], size[MAP_COUNT]; // floats
+  size_t total;
+} Layout;
+
+// The lowest place for a map that no other one of its time touches, among those that have a place.
+static size_t place_of(const Layout *l, int map, const bool has_place[MAP_COUNT])
+{
+  size_t at = 0;
+  for (bool moved = true; moved;) {
+    moved = false;
+    for (int i = 0; i < MAP_COUNT; i++) {
+      const bool meets = at < l->offset[i] + l->size[i] && l->offset[i] < at + l->size[map];
+      if (!has_place[i] || !meets || !are_together(life_of(i), life_of(map))) continue;
+      at = l->offset[i] + l->size[i];
+      moved = true;
+    }
+  }
+  return at;
+}
+
+// Maps that are never in use together share memory: half of what each on its own would take. The largest first.
+static Layout lay_out(const Map maps[MAP_COUNT])
+{
+  Layout l = {0};
+  bool has_place[MAP_COUNT] = {false};
+  for (int i = 0; i < MAP_COUNT; i++) l.size[i] = map_floats(&maps[i]);
+  for (int n = 0; n < MAP_COUNT; n++) {
+    int next = -1;
+    for (int i = 0; i < MAP_COUNT; i++)
+      if (!has_place[i] && (next < 0 || l.size[i] > l.size[next])) next = i;
+    l.offset[next] = place_of(&l, next, has_place);
+    has_place[next] = true;
+    if (l.offset[next] + l.size[next] > l.total) l.total = l.offset[next] + l.size[next];
+  }
+  return l;
+}
+
+// Zeros around each block, and behind the last. Whoever had the memory before left something there.
 static void clear_border(const Map *m)
 {
   for (uint32_t b = 0; b < map_blocks(m->channels); b++) {
@@ -191,18 +229,14 @@ static void clear_border(const Map *m)
 
 bool unet_plan_init(UnetPlan *out, const Unet *u, uint32_t width, uint32_t height, int workers, Err *err)
 {
-  const size_t bytes = unet_plan_bytes(u, width, height, workers);
-  *out = (UnetPlan){.unet = u, .scratch_size = scratch_size(u, width), .memory = mem_alloc(bytes, 1)};
-  if (!out->memory) return err_memory(err, "the maps of the network", bytes);
-  float *to = out->scratch = out->memory;
-  to += (size_t)workers * out->scratch_size;
-  for (int i = 0; i <= UNET_LAYERS; i++) {
-    Map *m = &out->maps[i];
-    *m = shape_map(u, i, width, height);
-    m->data = shares(u, i) ? out->maps[EARLY_MAP].data : to + m->row + MAP_BLOCK;
-    if (!shares(u, i)) to += map_floats(m);
-    clear_border(m);
-  }
+  *out = (UnetPlan){.unet = u, .scratch_size = scratch_size(u, width)};
+  for (int i = 0; i < MAP_COUNT; i++) out->maps[i] = shape_map(u, i, width, height);
+  const Layout l = lay_out(out->maps);
+  const size_t count = l.total + (size_t)workers * out->scratch_size;
+  out->memory = mem_alloc(count, sizeof *out->memory);
+  if (!out->memory) return err_memory(err, "the maps of the network", count * sizeof *out->memory);
+  out->scratch = out->memory + l.total;
+  for (int i = 0; i < MAP_COUNT; i++) out->maps[i].data = out->memory + l.offset[i] + out->maps[i].row + MAP_BLOCK;
   return true;
 }
 
@@ -239,7 +273,9 @@ static Conv conv_of(const UnetPlan *p, int layer)
 
 bool unet_run(UnetPlan *p, const PostKernels *kernels, Jobs *jobs, const Cancel *cancel)
 {
+  clear_border(&p->maps[INPUT]);
   for (int i = 0; i < UNET_LAYERS; i++) {
+    clear_border(&p->maps[i]);
     LayerWork work = {conv_of(p, i), p, kernels};
     if (!jobs_run(jobs, (work.conv.height + 1) / 2, layer_item, &work, cancel)) return false;
   }
