@@ -14,7 +14,7 @@ static void denoise_with(const Shot *s, const PostKernels *kernels, int threads,
   jobs_destroy(jobs);
 }
 
-// Measured: 29.6 dB become 33.9.
+// Measured: 29.6 dB become 34.8.
 TEST(four_samples_come_nearer_to_many)
 {
   enum { W = 240, H = 160 };
@@ -23,7 +23,7 @@ TEST(four_samples_come_nearer_to_many)
   denoise_with(&noisy, best(), 2, out);
   const double before = psnr(noisy.guided.color, truth.guided.color, W * H), after = psnr(out, truth.guided.color, W * H);
   printf("     %.1f dB before, %.1f dB after\n", before, after);
-  CHECK_MSG(after > before + 3, "%.2f dB before, %.2f dB after", before, after);
+  CHECK_MSG(after > before + 4, "%.2f dB before, %.2f dB after", before, after);
   mem_free(out);
   mem_free(noisy.planes);
   mem_free(truth.planes);

