@@ -4,7 +4,10 @@
 
 #include "post/denoise_fast.h"
 
-static const PostKernels *best(void) { return &hot_table(cpu_best_isa())->post; }
+static const PostKernels *best(void)
+{
+  return &hot_table(cpu_best_isa())->post;
+}
 
 static void denoise_with(const Shot *s, const PostKernels *kernels, int threads, float *out)
 {
@@ -21,7 +24,8 @@ TEST(four_samples_come_nearer_to_many)
   Shot noisy = shot_render(W, H, 4), truth = shot_render(W, H, TEST_IS_SLOW ? 64 : 512);
   float *out = mem_alloc(W * H, 4 * sizeof *out);
   denoise_with(&noisy, best(), 2, out);
-  const double before = psnr(noisy.guided.color, truth.guided.color, W * H), after = psnr(out, truth.guided.color, W * H);
+  const double before = psnr(noisy.guided.color, truth.guided.color, W * H),
+               after = psnr(out, truth.guided.color, W * H);
   printf("     %.1f dB before, %.1f dB after\n", before, after);
   CHECK_MSG(after > before + 4, "%.2f dB before, %.2f dB after", before, after);
   mem_free(out);
@@ -37,7 +41,8 @@ TEST(a_constant_stays)
     Shot s = shot_constant(w, h, 0.7f, 0.2f, 30);
     float *out = mem_alloc(w * h, 4 * sizeof *out);
     denoise_with(&s, best(), 2, out);
-    for (size_t i = 0; i < 4 * (size_t)w * h; i++) CHECK_NEAR(out[i], s.guided.color[i], 1e-5f * s.guided.color[i]);
+    for (size_t i = 0; i < 4 * (size_t)w * h; i++)
+      CHECK_NEAR(out[i], s.guided.color[i], 1e-5f * s.guided.color[i]);
     mem_free(out);
     mem_free(s.planes);
   }

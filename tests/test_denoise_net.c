@@ -7,7 +7,10 @@
 
 static const char *const files[] = {"rt_hdr_alb_nrm_small.tza", "rt_hdr_alb_nrm.tza"};
 
-static const PostKernels *best(void) { return &hot_table(cpu_best_isa())->post; }
+static const PostKernels *best(void)
+{
+  return &hot_table(cpu_best_isa())->post;
+}
 
 static Unet network(int which)
 {
@@ -17,7 +20,8 @@ static Unet network(int which)
   return u;
 }
 
-static void denoise_with(const Shot *s, const Unet *net, size_t tile, const PostKernels *kernels, int threads, float *out)
+static void denoise_with(const Shot *s, const Unet *net, size_t tile, const PostKernels *kernels, int threads,
+                         float *out)
 {
   Err err = {0};
   Jobs *jobs = jobs_create(threads, &err);
@@ -36,7 +40,8 @@ TEST(four_samples_come_much_nearer_to_many)
     denoise_with(&noisy, &net, 0, best(), 2, out);
     const double after = psnr(out, truth.guided.color, W * H);
     printf("     %s: %.1f dB before, %.1f dB after\n", files[which], before, after);
-    CHECK_MSG(after > before + (TEST_IS_SLOW ? 3 : 8), "%s: %.2f dB before, %.2f dB after", files[which], before, after);
+    CHECK_MSG(after > before + (TEST_IS_SLOW ? 3 : 8), "%s: %.2f dB before, %.2f dB after", files[which],
+              before, after);
     unet_finish(&net);
   }
   mem_free(out);

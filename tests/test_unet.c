@@ -14,10 +14,10 @@ static const struct {
   const char *name;
   uint32_t out, in;
 } layers[UNET_LAYERS] = {
-    {"enc_conv0", 17, 9},      {"enc_conv1", 33, 17},      {"enc_conv2", 5, 33},      {"enc_conv3", 16, 5},
-    {"enc_conv4", 20, 16},     {"enc_conv5a", 32, 20},     {"enc_conv5b", 31, 32},    {"dec_conv4a", 48, 31 + 16},
-    {"dec_conv4b", 18, 48},    {"dec_conv3a", 21, 18 + 5}, {"dec_conv3b", 16, 21},    {"dec_conv2a", 35, 16 + 33},
-    {"dec_conv2b", 19, 35},    {"dec_conv1a", 34, 19 + 9}, {"dec_conv1b", 15, 34},    {"dec_conv0", 3, 15},
+    {"enc_conv0", 17, 9},   {"enc_conv1", 33, 17},      {"enc_conv2", 5, 33},   {"enc_conv3", 16, 5},
+    {"enc_conv4", 20, 16},  {"enc_conv5a", 32, 20},     {"enc_conv5b", 31, 32}, {"dec_conv4a", 48, 31 + 16},
+    {"dec_conv4b", 18, 48}, {"dec_conv3a", 21, 18 + 5}, {"dec_conv3b", 16, 21}, {"dec_conv2a", 35, 16 + 33},
+    {"dec_conv2b", 19, 35}, {"dec_conv1a", 34, 19 + 9}, {"dec_conv1b", 15, 34}, {"dec_conv0", 3, 15},
 };
 
 static uint32_t state = 1;
@@ -37,7 +37,10 @@ static void put(const void *bytes, size_t n)
   memcpy(file + file_size, bytes, n); // little-endian machines only, as the rest of the tests
   file_size += n;
 }
-static void put_number(uint64_t x, size_t n) { put(&x, n); }
+static void put_number(uint64_t x, size_t n)
+{
+  put(&x, n);
+}
 
 static void put_entry(const char *name, const char *what, const uint32_t *size, uint32_t dims, size_t offset)
 {
@@ -59,8 +62,10 @@ static void write_network(void)
   put_number(2, 2);
   put_number(0, 8);
   for (int i = 0; i < UNET_LAYERS; i++) {
-    const float gain = sqrtf(2.0f / (9 * (float)layers[i].in)); // keeps the signal's size, so that errors are seen
-    for (uint32_t k = 0; k < layers[i].out * layers[i].in * 9; k++) put(&(float){1.7f * gain * random_float()}, 4);
+    const float gain =
+        sqrtf(2.0f / (9 * (float)layers[i].in)); // keeps the signal's size, so that errors are seen
+    for (uint32_t k = 0; k < layers[i].out * layers[i].in * 9; k++)
+      put(&(float){1.7f * gain * random_float()}, 4);
     for (uint32_t k = 0; k < layers[i].out; k++) put(&(float){0.2f * random_float()}, 4);
   }
   const uint64_t table = file_size;
@@ -92,7 +97,8 @@ static Plain plain_create(uint32_t channels, uint32_t width, uint32_t height)
   return (Plain){channels, width, height, mem_zero((size_t)channels * width * height, sizeof(double))};
 }
 
-static double plain_pixel(const Plain *in, const TzaTensor *w, const TzaTensor *b, uint32_t o, uint32_t x, uint32_t y)
+static double plain_pixel(const Plain *in, const TzaTensor *w, const TzaTensor *b, uint32_t o, uint32_t x,
+                          uint32_t y)
 {
   double sum = (double)tza_value(b, o);
   for (uint32_t c = 0; c < in->channels; c++)
@@ -127,7 +133,8 @@ static Plain plain_pool(Plain in)
       for (uint32_t x = 0; x < out.width; x++)
         for (uint32_t k = 0; k < 4; k++) {
           double *const most = plain_at(&out, c, x, y);
-          *most = fmax(*most, *plain_at(&in, c, 2 * x + k % 2, 2 * y + k / 2)); // after a ReLU: 0 is the least
+          *most =
+              fmax(*most, *plain_at(&in, c, 2 * x + k % 2, 2 * y + k / 2)); // after a ReLU: 0 is the least
         }
   mem_free(in.data);
   return out;
@@ -147,8 +154,8 @@ static Plain plain_join(Plain small, Plain other)
   for (uint32_t c = 0; c < out.channels; c++)
     for (uint32_t y = 0; y < out.height; y++)
       for (uint32_t x = 0; x < out.width; x++)
-        *plain_at(&out, c, x, y) =
-            c < small.channels ? *plain_at(&small, c, x / 2, y / 2) : *plain_at(&other, c - small.channels, x, y);
+        *plain_at(&out, c, x, y) = c < small.channels ? *plain_at(&small, c, x / 2, y / 2)
+                                                      : *plain_at(&other, c - small.channels, x, y);
   mem_free(small.data);
   mem_free(other.data);
   return out;
@@ -201,8 +208,8 @@ static void check_size(const Tza *t, const Unet *u, uint32_t width, uint32_t hei
           worst = fmax(worst, fabs((double)map_at(unet_output(&plan), 0, x, y)[c] - w));
           most = fmax(most, w);
         }
-    CHECK_MSG(most > 0.01 && worst <= 2e-6 * fmax(most, 1), "%s, %u x %u: off by %g of %g", isa_names[level], width,
-              height, worst, most);
+    CHECK_MSG(most > 0.01 && worst <= 2e-6 * fmax(most, 1), "%s, %u x %u: off by %g of %g", isa_names[level],
+              width, height, worst, most);
     unet_plan_finish(&plan);
   }
   jobs_destroy(jobs);

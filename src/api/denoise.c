@@ -11,7 +11,8 @@
 
 #include <string.h>
 
-_Static_assert(RF_DENOISE_PLANES == (1 << FILM_ALBEDO | 1 << FILM_NORMAL | 1 << FILM_DEPTH | 1 << FILM_VARIANCE),
+_Static_assert(RF_DENOISE_PLANES ==
+                   (1 << FILM_ALBEDO | 1 << FILM_NORMAL | 1 << FILM_DEPTH | 1 << FILM_VARIANCE),
                "the planes that guide a denoiser");
 
 static const char *const kinds[] = {
@@ -45,8 +46,10 @@ static bool has_guides(const rf_film *f)
   static const FilmPlane wanted[] = {FILM_ALBEDO, FILM_NORMAL, FILM_DEPTH, FILM_VARIANCE};
   for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++)
     if (!film_has(f->film, wanted[i]))
-      return api_bad_argument("rf_film_denoise", "this film has no plane \"%s\"; ask for RF_DENOISE_PLANES in "
-                              "rf_film_create()", film_plane_names[wanted[i]]);
+      return api_bad_argument("rf_film_denoise",
+                              "this film has no plane \"%s\"; ask for RF_DENOISE_PLANES in "
+                              "rf_film_create()",
+                              film_plane_names[wanted[i]]);
   return true;
 }
 
@@ -65,7 +68,8 @@ static float *guided_from(const Film *f, Guided *g)
   return block;
 }
 
-static bool run_net(const rf_engine *e, const Guided *g, DenoiseKind kind, const char *folder, float *out, Err *err)
+static bool run_net(const rf_engine *e, const Guided *g, DenoiseKind kind, const char *folder, float *out,
+                    Err *err)
 {
   Unet net;
   const char *name = kind == DENOISE_GOOD ? "rt_hdr_alb_nrm_small.tza" : "rt_hdr_alb_nrm.tza";
@@ -75,7 +79,8 @@ static bool run_net(const rf_engine *e, const Guided *g, DenoiseKind kind, const
   return ok;
 }
 
-static bool run_kind(const rf_engine *e, const Guided *g, DenoiseKind kind, const char *folder, float *out, Err *err)
+static bool run_kind(const rf_engine *e, const Guided *g, DenoiseKind kind, const char *folder, float *out,
+                     Err *err)
 {
   switch (kind) {
   case DENOISE_OFF: return true;
@@ -93,7 +98,8 @@ bool rf_film_denoise(rf_film *f, const rf_denoise_def *def)
   DenoiseKind kind;
   if (!f) return api_bad_argument(function, "the film is NULL");
   if (!def) def = &defaults;
-  if (!api_has_magic(def->magic, MAGIC_DENOISE, function, "rf_denoise_def") || !kind_of(def->kind, &kind)) return false;
+  if (!api_has_magic(def->magic, MAGIC_DENOISE, function, "rf_denoise_def") || !kind_of(def->kind, &kind))
+    return false;
   api_film_changed(f);
   if (kind == DENOISE_OFF) return true;
   if (!has_guides(f)) return false;

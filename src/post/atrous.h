@@ -31,7 +31,8 @@ static inline wx atrous_variance(const Atrous *a, size_t i)
 {
   const float *v = a->in[3] + i;
   const size_t row = a->stride;
-  const wx corners = wx_load(v - row - 1) + wx_load(v - row + 1) + wx_load(v + row - 1) + wx_load(v + row + 1);
+  const wx corners =
+      wx_load(v - row - 1) + wx_load(v - row + 1) + wx_load(v + row - 1) + wx_load(v + row + 1);
   const wx sides = wx_load(v - row) + wx_load(v + row) + wx_load(v - 1) + wx_load(v + 1);
   return corners * wx_set(0.0625f) + sides * wx_set(0.125f) + wx_load(v) * wx_set(0.25f);
 }
@@ -48,8 +49,14 @@ static inline AtrousHere atrous_here(const Atrous *a, size_t i)
   return h;
 }
 
-static inline wx atrous_abs(wx x) { return wx_max(x, -x); }
-static inline wx atrous_left(wx x) { return wx_max(wx_set(1) - x, wx_set(0)); }
+static inline wx atrous_abs(wx x)
+{
+  return wx_max(x, -x);
+}
+static inline wx atrous_left(wx x)
+{
+  return wx_max(wx_set(1) - x, wx_set(0));
+}
 
 // Normals 29 degrees apart and more share nothing. (Sharper weights of the same slope, up to the 128th power of Schied
 // et al., leave 0.3 to 1 dB more noise in pictures of four samples.)

@@ -18,13 +18,16 @@
 enum {
   CONV_PARTS = MAP_BLOCK / WIDEST, // registers to a block of channels
   CONV_BLOCKS = WIDEST == 16 ? 2 : 1,
-  CONV_PIXELS = WIDEST == 16 ? 12 : WIDEST == 8 ? 6 : WIDEST == 4 ? 3 : 1,
+  CONV_PIXELS = WIDEST == 16  ? 12
+                : WIDEST == 8 ? 6
+                : WIDEST == 4 ? 3
+                              : 1,
   CONV_MOST = CONV_BLOCKS * CONV_PARTS,
 };
 
 typedef struct ConvTile {
-  uint32_t x, y; // first pixel of an input of full size
-  uint32_t block; // first of out
+  uint32_t x, y;   // first pixel of an input of full size
+  uint32_t block;  // first of out
   uint32_t px, py; // parity of an enlarged input's pixels
 } ConvTile;
 
@@ -33,8 +36,8 @@ typedef wx ConvSums[CONV_MOST][CONV_PIXELS];
 #define CONV_INLINE static inline __attribute__((always_inline))
 
 // Adds one tap of up to 16 channels. step: floats from one pixel of the tile to the next in the input.
-CONV_INLINE void conv_tap(ConvSums sums, const int blocks, const int step, const float *in, const float *weights,
-                          size_t block_size, uint32_t channels)
+CONV_INLINE void conv_tap(ConvSums sums, const int blocks, const int step, const float *in,
+                          const float *weights, size_t block_size, uint32_t channels)
 {
   for (uint32_t c = 0; c < channels; c++, weights += MAP_BLOCK) {
     wx w[CONV_MOST];
@@ -51,8 +54,9 @@ CONV_INLINE void conv_tap(ConvSums sums, const int blocks, const int step, const
 }
 
 // All taps of one input, taps x taps of them from pixel (x, y) on. Returns the weights of the next.
-CONV_INLINE const float *conv_input(ConvSums sums, const int blocks, const int step, const int taps, const Map *in,
-                                    ptrdiff_t x, ptrdiff_t y, const float *weights, size_t block_size)
+CONV_INLINE const float *conv_input(ConvSums sums, const int blocks, const int step, const int taps,
+                                    const Map *in, ptrdiff_t x, ptrdiff_t y, const float *weights,
+                                    size_t block_size)
 {
   for (uint32_t b = 0; b * MAP_BLOCK < in->channels; b++) {
     const uint32_t left = in->channels - b * MAP_BLOCK, channels = left < MAP_BLOCK ? left : MAP_BLOCK;
@@ -97,7 +101,8 @@ CONV_INLINE void conv_tile(const Conv *c, const ConvTile *t, const int blocks, c
 }
 
 // The pixels of one parity (all, if not is_up) of row y, all channels.
-CONV_INLINE void conv_row_of(const Conv *c, uint32_t y, uint32_t px, const bool is_up, float *out, size_t out_block)
+CONV_INLINE void conv_row_of(const Conv *c, uint32_t y, uint32_t px, const bool is_up, float *out,
+                             size_t out_block)
 {
   const uint32_t stride = is_up ? 2 : 1, pixels = c->width / stride, blocks = map_blocks(c->out.channels);
   for (uint32_t i = 0; i < pixels; i += CONV_PIXELS) {

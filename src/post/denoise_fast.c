@@ -46,8 +46,8 @@ static bool fast_init(Fast *f, Err *err)
   f->planes = mem_alloc(plane, PLANES * sizeof *f->planes);
   if (!f->planes) return err_memory(err, "denoising", plane * PLANES * sizeof *f->planes);
   float *next = f->planes;
-  float **const all[PLANES] = {&f->a[0],      &f->a[1],      &f->a[2],      &f->a[3],  &f->b[0],
-                               &f->b[1],      &f->b[2],      &f->b[3],      &f->depth, &f->depth_scale,
+  float **const all[PLANES] = {&f->a[0],      &f->a[1],      &f->a[2],     &f->a[3],  &f->b[0],
+                               &f->b[1],      &f->b[2],      &f->b[3],     &f->depth, &f->depth_scale,
                                &f->normal[0], &f->normal[1], &f->normal[2]};
   for (int i = 0; i < PLANES; i++, next += plane) *all[i] = next;
   for (int i = 0; i < PLANES; i++) fill_border(f, *all[i], i < PLANES - 3 ? 0 : NOWHERE);
@@ -71,7 +71,7 @@ static void take_pixel(const Fast *f, size_t pixel, size_t i)
   f->depth[i] = clamp_f(guided_finite(g->depth[pixel]), 0, 1e15f);
 }
 
-typedef struct Window { // of 3x3 pixels, cut off at the picture's edge
+typedef struct Window {    // of 3x3 pixels, cut off at the picture's edge
   uint32_t x0, y0, x1, y1; // inclusive
 } Window;
 
@@ -100,7 +100,8 @@ static float depth_step(const Fast *f, Window w, uint32_t x, uint32_t y)
 {
   const float *row = f->depth + f->origin + y * f->stride, middle = row[x];
   const float *column = f->depth + f->origin + x;
-  const float left = w.x0 < x ? fabsf(row[x - 1] - middle) : 0, right = w.x1 > x ? fabsf(row[x + 1] - middle) : left;
+  const float left = w.x0 < x ? fabsf(row[x - 1] - middle) : 0,
+              right = w.x1 > x ? fabsf(row[x + 1] - middle) : left;
   const float up = w.y0 < y ? fabsf(column[w.y0 * f->stride] - middle) : 0;
   const float down = w.y1 > y ? fabsf(column[w.y1 * f->stride] - middle) : up;
   const float slope = max_f(min_f(w.x0 < x ? left : right, right), min_f(w.y0 < y ? up : down, down));
@@ -171,8 +172,12 @@ static void give_rows(void *user, size_t item, int worker)
 static Atrous pass_of(const Fast *f, int i)
 {
   float *const *in = i % 2 ? f->b : f->a, *const *out = i % 2 ? f->a : f->b;
-  Atrous a = {.depth = f->depth, .depth_scale = f->depth_scale, .stride = f->stride, .origin = f->origin,
-              .width = f->guided->width, .step = 1 << i};
+  Atrous a = {.depth = f->depth,
+              .depth_scale = f->depth_scale,
+              .stride = f->stride,
+              .origin = f->origin,
+              .width = f->guided->width,
+              .step = 1 << i};
   for (int k = 0; k < 4; k++) {
     a.in[k] = in[k];
     a.out[k] = out[k];
@@ -184,7 +189,8 @@ static Atrous pass_of(const Fast *f, int i)
 static bool run(Fast *f, Jobs *jobs, const Cancel *cancel)
 {
   const size_t items = (f->guided->height + ROWS_AN_ITEM - 1) / ROWS_AN_ITEM;
-  if (!jobs_run(jobs, items, take_rows, f, cancel) || !jobs_run(jobs, items, prepare_rows, f, cancel)) return false;
+  if (!jobs_run(jobs, items, take_rows, f, cancel) || !jobs_run(jobs, items, prepare_rows, f, cancel))
+    return false;
   for (int i = 0; i < PASSES; i++) {
     f->pass = pass_of(f, i);
     if (!jobs_run(jobs, items, filter_rows, f, cancel)) return false;
@@ -192,7 +198,8 @@ static bool run(Fast *f, Jobs *jobs, const Cancel *cancel)
   return jobs_run(jobs, items, give_rows, f, cancel);
 }
 
-bool denoise_fast(const Guided *g, const PostKernels *kernels, Jobs *jobs, const Cancel *cancel, float *out, Err *err)
+bool denoise_fast(const Guided *g, const PostKernels *kernels, Jobs *jobs, const Cancel *cancel, float *out,
+                  Err *err)
 {
   Fast f = {.guided = g, .kernels = kernels, .out = out};
   if (!fast_init(&f, err)) return false;

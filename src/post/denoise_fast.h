@@ -10,6 +10,7 @@
 #include "post/kernels.h"
 
 // out: rgba of the picture's size, alpha as it was. False with ERR_CANCELLED or ERR_NO_MEMORY.
-bool denoise_fast(const Guided *g, const PostKernels *kernels, Jobs *jobs, const Cancel *cancel, float *out, Err *err);
+bool denoise_fast(const Guided *g, const PostKernels *kernels, Jobs *jobs, const Cancel *cancel, float *out,
+                  Err *err);
 
 #endif

@@ -29,7 +29,10 @@ static float pu_decode(float encoded)
 }
 
 // --- exposure -------------------------------------------------------------------------------------
-static float light(float x) { return x > 0 ? min_f(x, 1e30f) : 0; } // NaN is none, infinity a lot
+static float light(float x)
+{
+  return x > 0 ? min_f(x, 1e30f) : 0;
+} // NaN is none, infinity a lot
 
 static Vec3 light_at(const Guided *g, size_t pixel)
 {
@@ -81,7 +84,10 @@ typedef struct Axis {
   uint32_t step, tile;  // pixels a tile answers for, pixels it looks at
 } Axis;
 
-static uint32_t align(uint32_t x) { return (x + UNET_ALIGN - 1) / UNET_ALIGN * UNET_ALIGN; }
+static uint32_t align(uint32_t x)
+{
+  return (x + UNET_ALIGN - 1) / UNET_ALIGN * UNET_ALIGN;
+}
 
 static Axis axis_of(uint32_t size, uint32_t count)
 {

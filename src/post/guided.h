@@ -15,6 +15,9 @@ typedef struct Guided {
   const float *variance; // of the mean luminance; 0: not known
 } Guided;
 
-static inline float guided_finite(float x) { return x - x == 0 ? x : 0; }
+static inline float guided_finite(float x)
+{
+  return x - x == 0 ? x : 0;
+}
 
 #endif

@@ -16,12 +16,15 @@
 enum { MAP_BLOCK = 16, MAP_SLACK = 40 * MAP_BLOCK };
 
 typedef struct Map {
-  float *data;        // pixel (0, 0) of block 0; not owned
-  size_t row, block;  // floats from one row, one block to the next
+  float *data;       // pixel (0, 0) of block 0; not owned
+  size_t row, block; // floats from one row, one block to the next
   uint32_t width, height, channels;
 } Map;
 
-static inline uint32_t map_blocks(uint32_t channels) { return (channels + MAP_BLOCK - 1) / MAP_BLOCK; }
+static inline uint32_t map_blocks(uint32_t channels)
+{
+  return (channels + MAP_BLOCK - 1) / MAP_BLOCK;
+}
 
 static inline float *map_at(const Map *m, uint32_t block, ptrdiff_t x, ptrdiff_t y)
 {

@@ -63,7 +63,8 @@ static bool take_data(Cursor *c, TzaTensor *t, const uint8_t *bytes, size_t size
   size_t length;
   if (!take(c, 1, &type) || (type != 'f' && type != 'h') || !take(c, 8, &offset)) return false;
   t->is_half = type == 'h';
-  if (!size_mul(t->count, t->is_half ? 2 : 4, &length) || offset > size || length > size - offset) return false;
+  if (!size_mul(t->count, t->is_half ? 2 : 4, &length) || offset > size || length > size - offset)
+    return false;
   t->data = bytes + offset;
   return true;
 }
@@ -85,7 +86,8 @@ bool tza_read(Tza *out, const uint8_t *bytes, size_t size, Err *err)
   for (; out->count < count; out->count++) {
     TzaTensor *t = &out->tensors[out->count];
     if (!take_name(&c, t) || !take_shape(&c, t) || !take_layout(&c, t) || !take_data(&c, t, bytes, size))
-      return err_set(err, ERR_BAD_SCENE, "tensor %zu of the network's weights is damaged or cut off", out->count);
+      return err_set(err, ERR_BAD_SCENE, "tensor %zu of the network's weights is damaged or cut off",
+                     out->count);
   }
   return true;
 }
@@ -94,7 +96,8 @@ const TzaTensor *tza_find(const Tza *t, const char *name)
 {
   const size_t length = strlen(name);
   for (size_t i = 0; i < t->count; i++)
-    if (t->tensors[i].name_length == length && !memcmp(t->tensors[i].name, name, length)) return &t->tensors[i];
+    if (t->tensors[i].name_length == length && !memcmp(t->tensors[i].name, name, length))
+      return &t->tensors[i];
   return NULL;
 }
 

@@ -35,8 +35,8 @@ static const TzaTensor *find(const Tza *t, int layer, const char *what)
 
 static bool is_kernel(const TzaTensor *w, const TzaTensor *b)
 {
-  return w && b && w->dims == 4 && b->dims == 1 && w->size[2] == 3 && w->size[3] == 3 && b->size[0] == w->size[0] &&
-         w->size[0] <= MOST_CHANNELS && w->size[1] <= MOST_CHANNELS;
+  return w && b && w->dims == 4 && b->dims == 1 && w->size[2] == 3 && w->size[3] == 3 &&
+         b->size[0] == w->size[0] && w->size[0] <= MOST_CHANNELS && w->size[1] <= MOST_CHANNELS;
 }
 
 static uint32_t channels_of(const Unet *u, int map)
@@ -75,7 +75,8 @@ static float weight_sum(const TzaTensor *w, uint32_t out, uint32_t in, const int
   float sum = 0;
   if (out >= w->size[0]) return 0; // fills up the last block
   for (int ty = y[0]; ty <= y[1]; ty++)
-    for (int tx = x[0]; tx <= x[1]; tx++) sum += tza_value(w, ((out * (size_t)w->size[1] + in) * 3 + ty) * 3 + tx);
+    for (int tx = x[0]; tx <= x[1]; tx++)
+      sum += tza_value(w, ((out * (size_t)w->size[1] + in) * 3 + ty) * 3 + tx);
   return sum;
 }
 
@@ -98,7 +99,8 @@ static float *pack_input(float *to, const TzaTensor *w, uint32_t block, uint32_t
       if (parity) taps_of(parity[0], t / taps, y);
       if (parity) taps_of(parity[1], t % taps, x);
       for (uint32_t c = b; c < count && c < b + MAP_BLOCK; c++)
-        for (uint32_t k = 0; k < MAP_BLOCK; k++) *to++ = weight_sum(w, block * MAP_BLOCK + k, first + c, y, x);
+        for (uint32_t k = 0; k < MAP_BLOCK; k++)
+          *to++ = weight_sum(w, block * MAP_BLOCK + k, first + c, y, x);
     }
   return to;
 }
@@ -125,7 +127,8 @@ bool unet_init(Unet *out, const Tza *weights, Err *err)
   float *to = out->memory = mem_alloc(count, sizeof *to);
   if (!to) return err_memory(err, "the weights of the network", count * sizeof *to);
   for (int i = 0; i < UNET_LAYERS; i++)
-    to = pack_layer(&out->layers[i], to, find(weights, i, "weight"), find(weights, i, "bias"), steps[i].is_up);
+    to =
+        pack_layer(&out->layers[i], to, find(weights, i, "weight"), find(weights, i, "bias"), steps[i].is_up);
   return true;
 }
 
@@ -136,7 +139,10 @@ void unet_finish(Unet *u)
 }
 
 // --- maps -----------------------------------------------------------------------------------------
-static size_t map_floats(const Map *m) { return map_blocks(m->channels) * m->block + MAP_SLACK; }
+static size_t map_floats(const Map *m)
+{
+  return map_blocks(m->channels) * m->block + MAP_SLACK;
+}
 
 static Map shape_map(const Unet *u, int map, uint32_t width, uint32_t height)
 {
@@ -171,7 +177,10 @@ static Life life_of(int map)
   return l;
 }
 
-static bool are_together(Life a, Life b) { return a.born <= b.dies && b.born <= a.dies; }
+static bool are_together(Life a, Life b)
+{
+  return a.born <= b.dies && b.born <= a.dies;
+}
 
 enum { MAP_COUNT = UNET_LAYERS + 1 };
 
@@ -236,7 +245,8 @@ bool unet_plan_init(UnetPlan *out, const Unet *u, uint32_t width, uint32_t heigh
   out->memory = mem_alloc(count, sizeof *out->memory);
   if (!out->memory) return err_memory(err, "the maps of the network", count * sizeof *out->memory);
   out->scratch = out->memory + l.total;
-  for (int i = 0; i < MAP_COUNT; i++) out->maps[i].data = out->memory + l.offset[i] + out->maps[i].row + MAP_BLOCK;
+  for (int i = 0; i < MAP_COUNT; i++)
+    out->maps[i].data = out->memory + l.offset[i] + out->maps[i].row + MAP_BLOCK;
   return true;
 }
 
@@ -262,8 +272,14 @@ static void layer_item(void *user, size_t item, int worker)
 static Conv conv_of(const UnetPlan *p, int layer)
 {
   const UnetLayer *l = &p->unet->layers[layer];
-  Conv c = {.in = {p->maps[steps[layer].in]}, .in_count = 1, .is_up = steps[layer].is_up, .pools = steps[layer].pools,
-            .out = p->maps[layer], .weights = l->weights, .bias = l->bias, .phase_size = l->phase_size,
+  Conv c = {.in = {p->maps[steps[layer].in]},
+            .in_count = 1,
+            .is_up = steps[layer].is_up,
+            .pools = steps[layer].pools,
+            .out = p->maps[layer],
+            .weights = l->weights,
+            .bias = l->bias,
+            .phase_size = l->phase_size,
             .block_size = l->block_size};
   if (steps[layer].skip != NONE) c.in[c.in_count++] = p->maps[steps[layer].skip];
   c.width = c.out.width << c.pools;

@@ -39,8 +39,14 @@ typedef struct UnetPlan {
 bool unet_plan_init(UnetPlan *out, const Unet *u, uint32_t width, uint32_t height, int workers, Err *err);
 void unet_plan_finish(UnetPlan *p); // accepts zero
 
-static inline Map *unet_input(UnetPlan *p) { return &p->maps[UNET_LAYERS]; }
-static inline const Map *unet_output(const UnetPlan *p) { return &p->maps[UNET_LAYERS - 1]; }
+static inline Map *unet_input(UnetPlan *p)
+{
+  return &p->maps[UNET_LAYERS];
+}
+static inline const Map *unet_output(const UnetPlan *p)
+{
+  return &p->maps[UNET_LAYERS - 1];
+}
 
 // Runs all layers from input to output; the input is used up. False if cancelled.
 bool unet_run(UnetPlan *p, const PostKernels *kernels, Jobs *jobs, const Cancel *cancel);
