@@ -73,9 +73,11 @@ ExitCode pictures_check(const Args *a, rf_engine *engine)
   return EXIT_DONE;
 }
 
-ExitCode pictures_write(const Args *a, rf_engine *engine, const rf_film *film, rf_develop_def develop)
+ExitCode pictures_write(const Args *a, rf_engine *engine, const rf_film *film, unsigned planes,
+                        rf_develop_def develop)
 {
   rf_save_def save = rf_default_save_def();
+  save.planes = planes;
   save.bits = (int)args_integer(a, "bits", 0);
   save.quality = (int)args_integer(a, "quality", 0);
   if (args_has(a, "no-effects")) {

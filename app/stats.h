@@ -9,7 +9,7 @@ typedef struct Stats {
   const char *scene; // as it was named on the command line
   const char *isa;
   int threads, width, height;
-  double load, prepare, render, write; // seconds; write has developing in it
+  double load, prepare, render, denoise, write; // seconds; write has developing in it
   rf_render_stats rendered;            // summed over all ranges of samples
   rf_world_stats world;
   uint64_t hash;

@@ -48,8 +48,8 @@ hash_of() {
 small="--size 24x16 --spp 2 --quiet"
 
 # --- help, manual page, completion -----------------------------------------------------------------
-render_options="output size spp time noise camera seed integrator max-depth threads isa set aov no-effects samples bits
-  quality allow-outside cache stats quiet help"
+render_options="output size spp time noise camera seed integrator max-depth threads isa set aov no-effects denoise samples bits
+  quality film allow-outside cache stats quiet help"
 convert_options="exposure tone-curve bits quality allow-outside quiet help"
 expect 0 '' man
 cp out rayfold.1
@@ -289,6 +289,19 @@ expect 0 '' render bright.json -o view.png $small --integrator normal --set 'dev
 expect 0 '' convert view.pfm curved.png --tone-curve filmic
 same "$(cmp view.png curved.png 2>&1)" "" "a view with a curve"
 cmp -s darker.png curved.png && failed "the settings of a view change nothing"
+# Denoising changes the picture and not its hash; without weights there is still a picture, and the way to them.
+same "$(hash_of cornell.json --size 24x16 --spp 2)" "$(hash_of cornell.json --size 24x16 --spp 2 --denoise fast)" \
+  "the hash of a denoised picture"
+expect 0 '' render cornell.json -o noisy.png $small
+expect 0 '' render cornell.json -o clean.png $small --denoise fast
+cmp -s noisy.png clean.png && failed "--denoise fast changes nothing"
+XDG_DATA_HOME=$PWD XDG_DATA_DIRS=$PWD expect 0 'note:.*tools/denoiser.sh' render cornell.json -o best.png --size 24x16 \
+  --spp 2 --denoise best
+same "$(cmp clean.png best.png 2>&1)" "" "best without weights"
+expect 0 '' render cornell.json -o view.png $small --integrator normal
+expect 0 '' render cornell.json -o view2.png $small --integrator normal --denoise fast
+same "$(cmp view.png view2.png 2>&1)" "" "a view is not denoised"
+expect 64 'off|fast|good|best' render cornell.json -o a.png --denoise smooth
 expect 0 '' convert good.ply copy.obj
 expect 0 '' convert copy.obj copy.stl
 expect 0 '' convert copy.stl copy.json

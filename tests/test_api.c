@@ -127,6 +127,48 @@ TEST(a_render_takes_what_a_scene_file_takes)
 static const rf_frame unmoved = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
 
 // Handles are of objects, not of places in a list: what is there is found, what is gone is not.
+static void check_developed(const rf_film *f, float want, float tolerance)
+{
+  rf_develop_def develop = rf_default_develop_def();
+  rf_image picture;
+  develop.tone_curve = "linear";
+  develop.exposure = 0;
+  CHECK(rf_develop(f, &develop, &picture));
+  for (int i = 0; i < 4 * picture.width * picture.height; i += 4) CHECK_NEAR(picture.pixels[i], want, tolerance);
+  rf_image_free(&picture);
+}
+
+// A clean picture lies beside the film's own until the film changes; the film's sums and hash stay.
+TEST(denoising_leaves_the_film_alone)
+{
+  rf_engine *e = rf_engine_create(NULL);
+  rf_scene *s = rf_scene_create(e);
+  const char *text;
+  CHECK(rf_set(s, "sky.color", "[0.25, 0.25, 0.25]") && rf_set(s, "render.denoise", "\"fast\""));
+  rf_film *f = sky_film(e, s, 7, RF_DENOISE_PLANES, 2), *bare = sky_film(e, s, 7, RF_BEAUTY, 2);
+  const uint64_t hash = rf_film_hash(f);
+  rf_denoise_def def = rf_scene_denoise_def(s);
+  CHECK(!strcmp(def.kind, "fast") && !strcmp(rf_scene_denoise_def(NULL).kind, "off"));
+  CHECK(rf_film_denoise(f, &def) && rf_film_hash(f) == hash);
+  check_developed(f, 0.25f, 1e-5f);
+  rf_film_clear(f);
+  check_developed(f, 0, 0);
+  CHECK(!rf_film_denoise(bare, &def) && rf_error(e, &text) == RF_BAD_ARGUMENT);
+  CHECK_TEXT(text, "RF_DENOISE_PLANES");
+  def.kind = "better";
+  CHECK(!rf_film_denoise(f, &def) && rf_error(e, &text) == RF_BAD_ARGUMENT);
+  CHECK_TEXT(text, "off, fast, good or best");
+  def.kind = "best";
+  def.weights = "/dev";
+  CHECK(!rf_film_denoise(f, &def) && rf_error(e, &text) == RF_NOT_FOUND);
+  CHECK_TEXT(text, "tools/denoiser.sh");
+  CHECK(!rf_film_denoise(NULL, NULL));
+  rf_film_destroy(bare);
+  rf_film_destroy(f);
+  rf_scene_destroy(s);
+  rf_engine_destroy(e);
+}
+
 TEST(objects_keep_their_handles)
 {
   enum { COUNT = 60 };

@@ -296,6 +296,23 @@ RF_API rf_film *rf_film_open(rf_engine *e, const char *path, rf_film_label *labe
 RF_API size_t rf_film_samples(const rf_film *f, int (*pairs)[2], size_t most);
 RF_API unsigned rf_film_planes(const rf_film *f);
 
+// --- denoising --------------------------------------------------------------------------------------
+enum { RF_DENOISE_PLANES = RF_ALBEDO | RF_NORMAL | RF_DEPTH | RF_VARIANCE }; // what a film needs for it
+
+typedef struct rf_denoise_def {
+  const char *kind;    // "fast": our own filter; "good", "best": Open Image Denoise's network, small or full; "off"
+  const char *weights; // folder of the networks' .tza files; NULL: rayfold/ in the user's and the system's data folders
+  uint32_t magic;
+} rf_denoise_def;
+
+RF_API rf_denoise_def rf_default_denoise_def(void);                    // "best"
+RF_API rf_denoise_def rf_scene_denoise_def(const rf_scene *s);         // as its "render" says
+// Makes a clean picture beside the film's own, which rf_develop() and rf_film_save() take until the film changes or
+// it is made again ("off" drops it). The film, its planes and its hash stay as they are. Takes 64 bytes a pixel and up
+// to 450 MB. Fails with RF_NOT_FOUND where the weights are not installed and RF_CANCELLED after rf_cancel(); there is no
+// clean picture then. def may be NULL.
+RF_API bool rf_film_denoise(rf_film *f, const rf_denoise_def *def);
+
 // --- pictures ---------------------------------------------------------------------------------------
 typedef struct rf_image { // rows from the top, channels interleaved
   int width, height, channels;
@@ -323,6 +340,7 @@ typedef struct rf_save_def {
   int quality;         // JPEG, WebP: 1..100; 0: 92
   bool developed;      // float formats, too, hold the developed picture instead of radiance
   const char *comment; // stored where the format can; may be NULL
+  unsigned planes;     // of the film's planes, which .exr gets beside the picture; 0: all
   uint32_t magic;
 } rf_save_def;
 

@@ -41,12 +41,14 @@ struct rf_world {
 struct rf_film {
   rf_engine *engine;
   Film *film;
+  float *clean; // owned: the denoised picture, rgba; NULL: none was made of what the film holds now
 };
 
 // An Err for one call: api_fail() hands it to rf_error() of this thread if it holds anything.
 bool api_fail(const Err *err);                                            // returns err->kind == ERR_NONE
 bool api_bad_argument(const char *function, const char *format, ...)      // returns false
     __attribute__((format(printf, 2, 3)));
+void api_film_changed(rf_film *f); // forgets the denoised picture
 Eye api_eye(const rf_eye *e);
 void api_log_notes(const rf_engine *e, const Notes *notes);
 
@@ -60,6 +62,7 @@ enum {
   MAGIC_RENDER,
   MAGIC_DEVELOP,
   MAGIC_SAVE,
+  MAGIC_DENOISE,
 };
 
 #endif

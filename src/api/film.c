@@ -32,12 +32,15 @@ rf_film *rf_film_create(rf_engine *e, int width, int height, unsigned planes)
 
 void rf_film_clear(rf_film *f)
 {
-  if (f) film_clear(f->film);
+  if (!f) return;
+  api_film_changed(f);
+  film_clear(f->film);
 }
 
 void rf_film_destroy(rf_film *f)
 {
   if (!f) return;
+  api_film_changed(f);
   film_destroy(f->film);
   mem_free(f);
 }
@@ -46,6 +49,7 @@ bool rf_film_merge(rf_film *dst, const rf_film *src)
 {
   if (!dst || !src) return api_bad_argument("rf_film_merge", "films must not be NULL");
   Err err = {0};
+  api_film_changed(dst);
   film_merge(dst->film, src->film, &err);
   return api_fail(&err);
 }
@@ -181,6 +185,7 @@ rf_status rf_render(const rf_world *w, const rf_eye *eye, const rf_render_def *d
                    .budget_seconds = def->budget_seconds, .noise_target = def->noise_target,
                    .progress = def->progress ? pass_on : NULL, .user = &link};
   RenderStats taken = {0};
+  api_film_changed(f);
   render_run(&job, w->engine->jobs, w->engine->hot, &w->engine->cancel, &taken, &err);
   if (stats)
     *stats = (rf_render_stats){.seconds = taken.seconds, .camera_rays = taken.rays.camera_rays,
@@ -254,11 +259,20 @@ bool rf_film_plane(const rf_film *f, rf_plane plane, rf_image *out)
   return true;
 }
 
+// The picture to show: the clean one if there is one.
+static bool picture_of(const rf_film *f, rf_image *out)
+{
+  if (!f->clean) return rf_film_plane(f, RF_BEAUTY, out);
+  if (!image_create(out, f->film, 4, "a picture")) return false;
+  memcpy(out->pixels, f->clean, (size_t)f->film->width * f->film->height * 4 * sizeof(float));
+  return true;
+}
+
 bool rf_develop(const rf_film *f, const rf_develop_def *def, rf_image *out)
 {
   Tone tone;
   if (!f || !out) return api_bad_argument("rf_develop", "film and result must not be NULL");
-  if (!tone_from(def, "rf_develop", &tone) || !rf_film_plane(f, RF_BEAUTY, out)) return false;
+  if (!tone_from(def, "rf_develop", &tone) || !picture_of(f, out)) return false;
   tone_pixels(&tone, out->pixels, (size_t)out->width * (size_t)out->height, f->engine->jobs);
   return true;
 }
@@ -290,15 +304,15 @@ bool rf_can_save(rf_engine *e, const char *path)
   return api_fail(&err);
 }
 
-// Every plane of the film as the writers want them; the first is the picture. Freed by free_planes().
-static bool gather_planes(const rf_film *f, rf_image images[FILM_PLANE_COUNT], Plane planes[FILM_PLANE_COUNT],
-                          size_t *count)
+// The film's planes among `wanted` as the writers want them; the first is the picture.
+static bool gather_planes(const rf_film *f, unsigned wanted, rf_image images[FILM_PLANE_COUNT],
+                          Plane planes[FILM_PLANE_COUNT], size_t *count)
 {
   *count = 0;
   for (int i = 0; i < FILM_PLANE_COUNT; i++) {
-    const bool is_wanted = film_has(f->film, (FilmPlane)i) && (i != FILM_SAMPLES);
-    if (!is_wanted) continue;
-    if (!rf_film_plane(f, (rf_plane)(1 << i), &images[*count])) return false;
+    if (!film_has(f->film, (FilmPlane)i) || i == FILM_SAMPLES || !(wanted >> i & 1)) continue;
+    rf_image *image = &images[*count];
+    if (i == FILM_BEAUTY ? !picture_of(f, image) : !rf_film_plane(f, (rf_plane)(1 << i), image)) return false;
     planes[*count] = (Plane){film_plane_names[i], film_plane_channels[i], images[*count].pixels, i >= FILM_DEPTH};
     ++*count;
   }
@@ -343,7 +357,8 @@ bool rf_film_save(const rf_film *f, const rf_develop_def *develop, const rf_save
   rf_image images[FILM_PLANE_COUNT] = {0};
   Plane planes[FILM_PLANE_COUNT];
   size_t count = 0;
-  bool ok = image_format(path, &is_linear, &err) && gather_planes(f, images, planes, &count);
+  const unsigned wanted = save->planes ? save->planes | RF_BEAUTY : RF_ALL_PLANES;
+  bool ok = image_format(path, &is_linear, &err) && gather_planes(f, wanted, images, planes, &count);
   if (ok) {
     if (!is_linear || save->developed) {
       divide_by_alpha(&images[0]);

@@ -22,6 +22,7 @@ static bool write_what_counts(const Scene *s, Text *out, Err *err)
 {
   Scene like = *s;
   like.render.spp = 1;
+  like.render.denoise = DENOISE_OFF;
   // Trees of every kind give the same hits; what they cost is a picture of its own.
   if (like.render.integrator != INTEGRATOR_COST) {
     like.render.tree = SCENE_TREE_FAST;
@@ -63,7 +64,7 @@ static rf_film *wrap(rf_engine *e, Film *film, Err *err)
     film_destroy(film);
     return NULL;
   }
-  *f = (rf_film){e, film};
+  *f = (rf_film){.engine = e, .film = film};
   return f;
 }
 

@@ -5,6 +5,8 @@
 
 #include "accel/batch.h"
 #include "accel/traverse.h"
+#include "post/atrous.h"
+#include "post/conv.h"
 #include "render/tile.h"
 
 static void hot_closest_n(const Accel *accel, const PackedRay *rays, Hit *hits, size_t count)
@@ -35,4 +37,5 @@ static void hot_any_n(const Accel *accel, const PackedRay *rays, uint8_t *blocke
 #define LEVEL_NAME(level) TEXT_OF(level)
 
 extern const HotTable TABLE_OF(RAYFOLD_LEVEL);
-const HotTable TABLE_OF(RAYFOLD_LEVEL) = {LEVEL_NAME(RAYFOLD_LEVEL), tile_render, hot_closest_n, hot_any_n};
+const HotTable TABLE_OF(RAYFOLD_LEVEL) = {LEVEL_NAME(RAYFOLD_LEVEL), tile_render, hot_closest_n, hot_any_n,
+                                           {conv_rows, atrous_rows}};

@@ -6,6 +6,7 @@
 
 #include "base/cpu.h"
 #include "base/jobs.h"
+#include "post/kernels.h"
 #include "render/camera.h"
 #include "render/film.h"
 #include "render/filter.h"
@@ -41,6 +42,7 @@ typedef struct HotTable {
   // it is visible to, and alpha is not looked at.
   void (*closest_n)(const Accel *accel, const PackedRay *rays, Hit *hits, size_t count);
   void (*any_n)(const Accel *accel, const PackedRay *rays, uint8_t *blocked, size_t count);
+  PostKernels post;
 } HotTable;
 
 // The table of a level; of the next lower one if this build has no code for it.

@@ -38,11 +38,13 @@
   F(real,    clamp, 0, 0, NO_LIMIT, "", "Largest radiance a bounce may bring to a pixel; 0 is off and unbiased.")   \
   F(flag,    transparent, 0, 0, 1, "", "Leave the sky out of the picture's alpha, for compositing.")                 \
   F(flag,    compact, 0, 0, 1, "", "Keep meshes' trees in an eighth of the memory; same picture, slower.")              \
-  F(choice,  tree, 0, 0, 0, "fast|best", "How search trees are built: `best` takes 2 to 7 times as long and pays off in rooms seen with many samples.")
+  F(choice,  tree, 0, 0, 0, "fast|best", "How search trees are built: `best` takes 2 to 7 times as long and pays off in rooms seen with many samples.") \
+  F(choice,  denoise, 0, 0, 0, "off|fast|good|best", "How to take the noise out of the finished picture: our own filter, or a small or a full neural network.")
 FIELD_STRUCT(RenderSettings, RENDER_FIELDS);
 typedef enum { INTEGRATOR_PATH, INTEGRATOR_NORMAL, INTEGRATOR_DEPTH, INTEGRATOR_ALBEDO, INTEGRATOR_UV,
                INTEGRATOR_ID, INTEGRATOR_BARY, INTEGRATOR_COST } Integrator;
 typedef enum { SCENE_TREE_FAST, SCENE_TREE_BEST } SceneTree; // accel/ has its own, in the same order
+typedef enum { DENOISE_OFF, DENOISE_FAST, DENOISE_GOOD, DENOISE_BEST } DenoiseKind;
 typedef enum { FILTER_BOX, FILTER_BLACKMAN_HARRIS, FILTER_GAUSSIAN } FilterKind;
 
 #define DEVELOP_FIELDS(F)                                                                                         \
