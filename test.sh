@@ -28,7 +28,7 @@ build build-clang -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DRAYFOLD_WE
 
 step "units under ASan and UBSan"
 build build-asan -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g" -DRAYFOLD_SANITIZE=address,undefined
-ctest --test-dir build-asan --output-on-failure
+ctest --test-dir build-asan --output-on-failure -j 2
 
 step "threads under TSan"
 build build-tsan -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g" -DRAYFOLD_SANITIZE=thread
