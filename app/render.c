@@ -391,6 +391,12 @@ static rf_go on_progress(void *user, const rf_progress *p)
   return RF_STOP_AFTER_PASS;
 }
 
+static ExitCode fail_stopped(const Render *r)
+{
+  return fail(EXIT_STOPPED, "stopped at once, %s; run the same command again",
+              r->kept.path ? "and what was saved last is kept" : "nothing was saved");
+}
+
 static ExitCode render_range(Render *r, Range range, rf_film *film)
 {
   rf_render_stats stats = {0};
@@ -402,8 +408,7 @@ static ExitCode render_range(Render *r, Range range, rf_film *film)
   const rf_status status = rf_render(r->world, &r->eye, &r->def, film, &stats);
   progress_clear(&r->progress);
   if (status == RF_CANCELLED)
-    return fail(EXIT_STOPPED, "stopped at once, %s; run the same command again",
-                r->kept.path ? "and what was saved last is kept" : "nothing was saved");
+    return fail_stopped(r);
   if (status != RF_OK) return fail_library(r->engine);
   stats_add(&r->stats.rendered, &stats);
   r->before.done += r->range_share;
@@ -511,7 +516,7 @@ static ExitCode denoise(Render *r)
     if (status == RF_NOT_FOUND)
       code = denoise_without_weights(r, text);
     else if (status == RF_CANCELLED)
-      code = fail(EXIT_STOPPED, "stopped at once, nothing was saved; run the same command again");
+      code = fail_stopped(r);
     else
       code = fail(EXIT_INTERNAL, "%s", text);
   }

@@ -29,10 +29,7 @@ typedef struct Range {
 
 // A worker's own memory. Kept from item to item.
 typedef struct Scratch {
-  BuildRef *spare;
-  size_t spare_count;
-  float (*cost)[8];
-  size_t cost_count;
+  Room room;
   Bins bins[2];
 } Scratch;
 
@@ -93,17 +90,7 @@ static Scratch *scratch_of(Splitter *s, int worker, size_t spare_count, size_t c
 {
   Scratch *own = s->scratch[worker];
   if (!own) own = s->scratch[worker] = mem_zero(1, sizeof *own);
-  if (own && own->spare_count < spare_count) {
-    mem_free(own->spare);
-    own->spare = mem_alloc(spare_count, sizeof *own->spare);
-    own->spare_count = own->spare ? spare_count : 0;
-  }
-  if (own && own->cost_count < cost_count) {
-    mem_free(own->cost);
-    own->cost = mem_alloc(cost_count, sizeof *own->cost);
-    own->cost_count = own->cost ? cost_count : 0;
-  }
-  const bool ok = own && own->spare_count >= spare_count && own->cost_count >= cost_count;
+  const bool ok = own && room_reserve(&own->room, spare_count, cost_count);
   if (!ok) atomic_store_explicit(&s->is_out_of_memory, true, memory_order_relaxed);
   return ok ? own : NULL;
 }
@@ -112,8 +99,7 @@ static void splitter_finish(Splitter *s)
 {
   for (size_t i = 0; s->scratch && i < s->worker_count; i++) {
     if (!s->scratch[i]) continue;
-    mem_free(s->scratch[i]->spare);
-    mem_free(s->scratch[i]->cost);
+    room_finish(&s->scratch[i]->room);
     mem_free(s->scratch[i]);
   }
   mem_free(s->scratch);
@@ -272,23 +258,17 @@ static void split_range(const Build *b, Range *r, Range child[2], Scratch *s)
   }
   child_ranges(r, child);
   if (!needs_split(&child[0]) && !needs_split(&child[1])) {
-    const uint32_t lefts = part(r, refs, r->count, refs, s->spare);
-    memcpy(refs + lefts, s->spare, (r->count - lefts) * sizeof *refs);
+    const uint32_t lefts = part(r, refs, r->count, refs, s->room.spare);
+    memcpy(refs + lefts, s->room.spare, (r->count - lefts) * sizeof *refs);
     return;
   }
-  part_and_bin(r, child, refs, r->count, s->spare, s->bins);
+  part_and_bin(r, child, refs, r->count, s->room.spare, s->bins);
   for (int side = 0; side < 2; side++) {
     if (needs_split(&child[side])) choose_split(b, &child[side], &s->bins[side]);
   }
 }
 
 // --- subtrees, side by side ---------------------------------------------------------------------
-
-static void make_leaf(const Build *b, BinaryNode *n, const Range *r)
-{
-  node_set_leaf(n, r->first, r->count);
-  for (uint32_t i = 0; i < r->count; i++) b->top->prims[r->first + i] = ref_prim(&b->refs[r->first + i]);
-}
 
 // Depth first with a stack of our own: one range off, two on. False: no memory, or cancelled.
 static bool split_subtree(const Build *b, const Range *root, BinaryTree *t, Scratch *s)
@@ -300,7 +280,7 @@ static bool split_subtree(const Build *b, const Range *root, BinaryTree *t, Scra
     Range r = stack[--height];
     if (is_cancelled(b->cancel)) return false;
     if (r.count <= b->leaf_size) {
-      make_leaf(b, &t->items[r.node], &r);
+      node_fill_leaf(b, &t->items[r.node], r.first, r.count);
     } else if (r.count <= SMALL && r.depth < MOST_SPLIT_DEPTH) {
       if (!small_split(b, t, r.node, r.first, r.count)) return false;
     } else {
@@ -327,8 +307,8 @@ static void subtree_work(void *user, size_t item, int worker)
   }
   ok = ok && (own = scratch_of(s, worker, 0, sub->tree.count));
   if (ok) {
-    wide_collapse(s->build, &sub->tree, own->cost, false);
-    memcpy(sub->cost, own->cost[0], sizeof sub->cost);
+    wide_collapse(s->build, &sub->tree, own->room.cost, false);
+    memcpy(sub->cost, own->room.cost[0], sizeof sub->cost);
   } else {
     atomic_store_explicit(&s->is_out_of_memory, true, memory_order_relaxed);
   }
@@ -368,7 +348,7 @@ static void chunk_work(void *user, size_t item, int worker)
   if (!own) return;
   Range child[2];
   child_ranges(r, child);
-  c->left_count = part_and_bin(r, child, refs, c->count, own->spare, c->bins);
+  c->left_count = part_and_bin(r, child, refs, c->count, own->room.spare, c->bins);
 }
 
 static void swap_work(void *user, size_t item, int worker)

@@ -76,10 +76,7 @@ typedef struct Cut {
 } Cut;
 
 typedef struct Scratch {
-  BuildRef *spare;
-  size_t spare_count;
-  float (*cost)[8];
-  size_t cost_count;
+  Room room;
   Bins bins;
   Slabs slabs;
 } Scratch;
@@ -410,25 +407,9 @@ static Scratch *scratch_of(Spatial *s, int worker, size_t spare_count, size_t co
 {
   Scratch *own = s->scratch[worker];
   if (!own) own = s->scratch[worker] = mem_zero(1, sizeof *own);
-  if (own && own->spare_count < spare_count) {
-    mem_free(own->spare);
-    own->spare = mem_alloc(spare_count, sizeof *own->spare);
-    own->spare_count = own->spare ? spare_count : 0;
-  }
-  if (own && own->cost_count < cost_count) {
-    mem_free(own->cost);
-    own->cost = mem_alloc(cost_count, sizeof *own->cost);
-    own->cost_count = own->cost ? cost_count : 0;
-  }
-  const bool ok = own && own->spare_count >= spare_count && own->cost_count >= cost_count;
+  const bool ok = own && room_reserve(&own->room, spare_count, cost_count);
   if (!ok) atomic_store_explicit(&s->is_out_of_memory, true, memory_order_relaxed);
   return ok ? own : NULL;
-}
-
-static void make_leaf(const Build *b, BinaryNode *n, const Range *r)
-{
-  node_set_leaf(n, r->first, r->count);
-  for (uint32_t i = 0; i < r->count; i++) b->top->prims[r->first + i] = ref_prim(&b->refs[r->first + i]);
 }
 
 // Depth first with a stack of our own: one range off, two on. False: no memory, or cancelled.
@@ -442,7 +423,7 @@ static bool split_subtree(Spatial *s, const Range *root, BinaryTree *t, Scratch 
     const Range r = stack[--height];
     if (is_cancelled(b->cancel)) return false;
     if (r.count <= b->leaf_size) {
-      make_leaf(b, &t->items[r.node], &r);
+      node_fill_leaf(b, &t->items[r.node], r.first, r.count);
       continue;
     }
     const bool is_small = r.count <= SMALL && r.depth < MOST_SPLIT_DEPTH;
@@ -452,7 +433,7 @@ static bool split_subtree(Spatial *s, const Range *root, BinaryTree *t, Scratch 
       if (!small_split(b, t, r.node, r.first, r.count)) return false;
       continue;
     }
-    split_range(s, &r, &cut, own->spare, &stack[height]);
+    split_range(s, &r, &cut, own->room.spare, &stack[height]);
     if (!add_children(t, &r, &stack[height])) return false;
     height += 2;
   }
@@ -475,8 +456,8 @@ static void subtree_work(void *user, size_t item, int worker)
   }
   ok = ok && (own = scratch_of(s, worker, 0, sub->tree.count));
   if (ok) {
-    wide_collapse(s->build, &sub->tree, own->cost, false);
-    memcpy(sub->cost, own->cost[0], sizeof sub->cost);
+    wide_collapse(s->build, &sub->tree, own->room.cost, false);
+    memcpy(sub->cost, own->room.cost[0], sizeof sub->cost);
   } else {
     atomic_store_explicit(&s->is_out_of_memory, true, memory_order_relaxed);
   }
@@ -511,7 +492,7 @@ static void level_work(void *user, size_t item, int worker)
   Scratch *own = scratch_of(s, worker, r->room, 0);
   if (!own) return;
   Cut cut = best_cut(s, r, own);
-  split_range(s, r, &cut, own->spare, &s->children.items[2 * item]);
+  split_range(s, r, &cut, own->room.spare, &s->children.items[2 * item]);
 }
 
 static bool split_level(Spatial *s)
@@ -558,8 +539,7 @@ static void spatial_finish(Spatial *s)
 {
   for (size_t i = 0; s->scratch && i < s->worker_count; i++) {
     if (!s->scratch[i]) continue;
-    mem_free(s->scratch[i]->spare);
-    mem_free(s->scratch[i]->cost);
+    room_finish(&s->scratch[i]->room);
     mem_free(s->scratch[i]);
   }
   mem_free(s->scratch);

@@ -8,6 +8,7 @@
 
 #include "accel/build.h"
 #include "base/array.h"
+#include "base/mem.h"
 
 // Splits of any shape are made down to MOST_SPLIT_DEPTH levels of binary nodes, then ranges are halved. A range of up
 // to SMALL references may add SMALL - 1 levels, one of 2^31 halved 31. See build_wide.c for what that means in levels
@@ -49,6 +50,40 @@ static inline void node_set_leaf(BinaryNode *n, uint32_t first, uint32_t count)
 {
   n->link = first;
   n->bits = count;
+}
+
+static inline void node_fill_leaf(const Build *b, BinaryNode *n, uint32_t first, uint32_t count)
+{
+  node_set_leaf(n, first, count);
+  for (uint32_t i = 0; i < count; i++) b->top->prims[first + i] = ref_prim(&b->refs[first + i]);
+}
+
+// What a worker needs for one subtree after another: room for references, and rows of cost. It only grows.
+typedef struct Room {
+  BuildRef *spare;   // owned
+  float (*cost)[8];  // owned
+  size_t spare_count, cost_count;
+} Room; // zero is none
+
+static inline bool room_reserve(Room *r, size_t spare_count, size_t cost_count)
+{
+  if (r->spare_count < spare_count) {
+    mem_free(r->spare);
+    r->spare = mem_alloc(spare_count, sizeof *r->spare);
+    r->spare_count = r->spare ? spare_count : 0;
+  }
+  if (r->cost_count < cost_count) {
+    mem_free(r->cost);
+    r->cost = mem_alloc(cost_count, sizeof *r->cost);
+    r->cost_count = r->cost ? cost_count : 0;
+  }
+  return r->spare_count >= spare_count && r->cost_count >= cost_count;
+}
+
+static inline void room_finish(Room *r)
+{
+  mem_free(r->spare);
+  mem_free(r->cost);
 }
 
 // Adds two nodes, both children of the parent; returns the number of the first. UINT32_MAX: no memory.

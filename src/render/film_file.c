@@ -59,10 +59,10 @@ static uint64_t hash_of(const FilmHead *head, const FilmParts *p)
 {
   FilmHead bare = *head;
   bare.hash = 0;
-  uint64_t h = hash_bytes(0, &bare, sizeof bare);
-  h = hash_bytes(h, p->ranges, head->range_count * sizeof(SampleRange));
-  h = hash_bytes(h, p->note, (size_t)head->note_size);
-  for (int i = 0; i < FILM_ARRAY_COUNT; i++) h = hash_bytes(h, p->arrays[i], p->array_size[i]);
+  uint64_t h = hash_bulk(0, &bare, sizeof bare);
+  h = hash_bulk(h, p->ranges, head->range_count * sizeof(SampleRange));
+  h = hash_bulk(h, p->note, (size_t)head->note_size);
+  for (int i = 0; i < FILM_ARRAY_COUNT; i++) h = hash_bulk(h, p->arrays[i], p->array_size[i]);
   return h;
 }
 

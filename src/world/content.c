@@ -7,7 +7,7 @@
 
 static uint64_t hash_floats(uint64_t h, const float *x, size_t count)
 {
-  return x ? hash_bytes(h, x, count * sizeof *x) : hash_bytes(h, "", 0);
+  return x ? hash_bulk(h, x, count * sizeof *x) : hash_bulk(h, "", 0);
 }
 
 static uint64_t mesh_hash(uint64_t h, const MeshData *m)
@@ -17,17 +17,17 @@ static uint64_t mesh_hash(uint64_t h, const MeshData *m)
   for (int i = 0; i < 2; i++) h = hash_floats(h, m->texcoords[i], 2 * m->vertex_count);
   h = hash_floats(h, m->colors, 4 * m->vertex_count);
   h = hash_floats(h, m->tangents, 4 * m->vertex_count);
-  h = hash_bytes(h, m->triangles, 3 * m->triangle_count * sizeof *m->triangles);
-  return m->material_slots ? hash_bytes(h, m->material_slots, m->triangle_count * sizeof *m->material_slots)
+  h = hash_bulk(h, m->triangles, 3 * m->triangle_count * sizeof *m->triangles);
+  return m->material_slots ? hash_bulk(h, m->material_slots, m->triangle_count * sizeof *m->material_slots)
                            : h;
 }
 
 static uint64_t image_part_hash(uint64_t h, const Image *i)
 {
   const uint32_t head[4] = {i->width, i->height, i->channels, (uint32_t)i->type};
-  h = hash_bytes(h, head, sizeof head);
+  h = hash_bulk(h, head, sizeof head);
   const size_t size = (size_t)i->width * i->height * i->channels * pixel_size(i->type);
-  return i->pixels ? hash_bytes(h, i->pixels, size) : h;
+  return i->pixels ? hash_bulk(h, i->pixels, size) : h;
 }
 
 uint64_t world_content_hash(const World *w)
