@@ -31,7 +31,7 @@ static const SkyMap no_sky;
 static LightSet set_of(const Emitter *e, size_t count)
 {
   LightSet set;
-  CHECK(light_set_build(&set, e, count, NULL, 0, &no_sky, NULL));
+  CHECK(light_set_build(&set, e, count, NULL, 0, &no_sky, NULL, NULL));
   return set;
 }
 
@@ -152,7 +152,7 @@ static SkyMap spotted_sky(void)
 static LightSet sky_set(const SkyMap *sky)
 {
   LightSet set;
-  CHECK(light_set_build(&set, NULL, 0, NULL, 0, sky, NULL));
+  CHECK(light_set_build(&set, NULL, 0, NULL, 0, sky, NULL, NULL));
   return set;
 }
 
@@ -172,7 +172,7 @@ TEST(skies_and_suns_follow_their_density)
   check_density("gradient", &l, sky_density);
   light_set_finish(&l.set);
   const Sun sun = {v3_normalize(v3(1, 2, -1)), v3_all(1), 0.1f};
-  CHECK(light_set_build(&l.set, NULL, 0, &sun, 1, &no_sky, NULL) && light_group_count(&l.set) == 1);
+  CHECK(light_set_build(&l.set, NULL, 0, &sun, 1, &no_sky, NULL, NULL) && light_group_count(&l.set) == 1);
   check_density("sun", &l, sun_density);
   light_set_finish(&l.set);
   printf("  least p of all %.4f\n", least_p);
@@ -283,14 +283,14 @@ TEST(suns_and_skies_give_their_irradiance)
   const float heights[] = {1.07e-5f, 0.01f, 0.5f};
   for (int i = 0; i < 3; i++) {
     const Sun sun = {d, v3_all(2), heights[i]};
-    CHECK(light_set_build(&set, NULL, 0, &sun, 1, &no_sky, NULL));
+    CHECK(light_set_build(&set, NULL, 0, &sun, 1, &no_sky, NULL, NULL));
     const double c = 1 - (double)heights[i], truth = 2 * M_PI * (1 - c) * (1 + c);
     CHECK_NEAR(irradiance(&set, 0, v3_all(0), d) / truth, 1, 1e-3);
     CHECK(sun_radiance_seen(&set, d)[0] == 2 && sun_radiance_seen(&set, -d)[0] == 0);
     light_set_finish(&set);
   }
   const Sun delta = {d, v3_all(3), 0};
-  CHECK(light_set_build(&set, NULL, 0, &delta, 1, &no_sky, NULL));
+  CHECK(light_set_build(&set, NULL, 0, &delta, 1, &no_sky, NULL, NULL));
   CHECK_NEAR(irradiance(&set, 0, v3_all(0), v3_normalize(v3(0, 1, 1))), 3 / sqrt(2), 1e-6);
   CHECK(sun_radiance_seen(&set, d)[0] == 0);
   light_set_finish(&set);
@@ -357,7 +357,7 @@ TEST(odd_powers_and_no_memory)
   for (long n = 1; n < 20; n++) {
     Err err = {0};
     mem_fail_after(n);
-    const bool ok = light_set_build(&set, e, 3, &sun, 1, &sky, &err);
+    const bool ok = light_set_build(&set, e, 3, &sun, 1, &sky, NULL, &err);
     mem_fail_after(0);
     CHECK(ok == (err.kind == ERR_NONE) && (ok || err.kind == ERR_NO_MEMORY));
     CHECK(ok || (set.emitter_count == 0 && light_group_count(&set) == 0));

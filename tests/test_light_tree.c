@@ -52,7 +52,7 @@ static LightSet some_set(uint32_t count, uint32_t seed)
   Emitter *e = malloc(count * sizeof *e);
   LightSet set;
   for (uint32_t i = 0; i < count; i++) e[i] = some_emitter(i, &seed);
-  CHECK(light_set_build(&set, e, count, NULL, 0, &no_sky, NULL));
+  CHECK(light_set_build(&set, e, count, NULL, 0, &no_sky, NULL, NULL));
   free(e);
   return set;
 }
@@ -137,7 +137,7 @@ TEST(all_together_bring_what_each_brings)
   }
   for (uint32_t i = 0; i < 40; i++) {
     LightSet one;
-    CHECK(light_set_build(&one, &set.emitters[i], 1, NULL, 0, &no_sky, NULL));
+    CHECK(light_set_build(&one, &set.emitters[i], 1, NULL, 0, &no_sky, NULL, NULL));
     for (uint32_t k = 1; k <= COUNT / 40; k++) {
       LightSample s;
       const Vec2 u = {unit_float(k * 3518319155u), unit_float(k * 2882110345u)};
@@ -150,6 +150,19 @@ TEST(all_together_bring_what_each_brings)
   light_set_finish(&set);
 }
 
+TEST(a_cancelled_one_is_none)
+{
+  Emitter e[100];
+  uint32_t state = 1;
+  Cancel cancel = {0};
+  Err err = {0};
+  LightSet set;
+  for (uint32_t i = 0; i < 100; i++) e[i] = some_emitter(i, &state);
+  atomic_store(&cancel.requested, true);
+  CHECK(!light_set_build(&set, e, 100, NULL, 0, &no_sky, &cancel, &err) && err.kind == ERR_CANCELLED);
+  CHECK(set.emitter_count == 0);
+}
+
 TEST(many_in_one_place_and_odd_ones)
 {
   enum { COUNT = 3000 };
@@ -160,7 +173,7 @@ TEST(many_in_one_place_and_odd_ones)
   e[8].p = v3(INFINITY, 0, 0);
   e[10].color = v3_all(1e38f);
   LightSet set;
-  CHECK(light_set_build(&set, e, COUNT, NULL, 0, &no_sky, NULL));
+  CHECK(light_set_build(&set, e, COUNT, NULL, 0, &no_sky, NULL, NULL));
   uint32_t i = 0;
   float pmf = 0;
   for (int k = 0; k < 1000; k++) {

@@ -36,7 +36,8 @@ static double fill_cdf(float *cdf, const double *weights, size_t count)
   return total;
 }
 
-static bool build_emitters(LightSet *set, const Emitter *emitters, size_t count, Err *err)
+static bool build_emitters(LightSet *set, const Emitter *emitters, size_t count, const Cancel *cancel,
+                           Err *err)
 {
   if (!count) return true;
   set->emitters = arena_alloc(&set->arena, count, sizeof *emitters);
@@ -48,7 +49,7 @@ static bool build_emitters(LightSet *set, const Emitter *emitters, size_t count,
   memcpy(set->emitters, emitters, count * sizeof *emitters);
   set->emitter_count = count;
   for (size_t i = 0; i < count; i++) power[i] = fmin(fmax(power_of(&emitters[i]), 0), 1e30);
-  const bool ok = light_tree_build(&set->tree, &set->arena, emitters, power, count, err);
+  const bool ok = light_tree_build(&set->tree, &set->arena, emitters, power, count, cancel, err);
   mem_free(power);
   return ok;
 }
@@ -148,11 +149,11 @@ static bool build_sky(LightSet *set, const SkyMap *sky, Err *err)
 }
 
 bool light_set_build(LightSet *out, const Emitter *emitters, size_t emitter_count, const Sun *suns,
-                     size_t sun_count, const SkyMap *sky, Err *err)
+                     size_t sun_count, const SkyMap *sky, const Cancel *cancel, Err *err)
 {
   LightSet set = {0};
   *out = set;
-  bool ok = build_emitters(&set, emitters, emitter_count, err) && build_sky(&set, sky, err);
+  bool ok = build_emitters(&set, emitters, emitter_count, cancel, err) && build_sky(&set, sky, err);
   if (ok && sun_count) {
     set.suns = arena_alloc(&set.arena, sun_count, sizeof *suns);
     if (set.suns)

@@ -9,6 +9,7 @@
 
 #include "base/arena.h"
 #include "base/err.h"
+#include "base/jobs.h"
 #include "base/vec.h"
 #include "image/image.h"
 #include "shade/light_tree.h"
@@ -75,9 +76,10 @@ typedef struct LightSet {
 } LightSet; // zero has no lights and a black sky
 
 // Copies emitters, suns and sky, and makes the tables for sampling. The sky's image must outlive the set. What has no
-// finite positive power is never aimed at. Fails only when memory is out; *out is then zero.
+// finite positive power is never aimed at. Fails only when memory is out or it is cancelled; *out is then
+// zero.
 bool light_set_build(LightSet *out, const Emitter *emitters, size_t emitter_count, const Sun *suns,
-                     size_t sun_count, const SkyMap *sky, Err *err);
+                     size_t sun_count, const SkyMap *sky, const Cancel *cancel, Err *err);
 void light_set_finish(LightSet *s); // accepts zero
 
 #endif

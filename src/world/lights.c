@@ -300,5 +300,5 @@ bool prepare_light_set(Prepare *p)
     break;
   }
   return light_set_build(&p->world->lights, p->emitters.items, p->emitters.count, p->suns.items, p->suns.count, &map,
-                         p->err);
+                         p->cancel, p->err);
 }
