@@ -110,7 +110,7 @@ TEST(what_shines_can_be_picked)
     LightSet alone = {.emitters = &set.emitters[i], .emitter_count = 1};
     LightNode node = {.power = {1}, .child = {LIGHT_LEAF}, .radius2 = {1e30f}}; // always picked
     uint32_t parent = LIGHT_ROOT, leaf = 0;
-    alone.tree = (LightTree){&node, &parent, &leaf, 1};
+    alone.tree = (LightTree){&node, &parent, &leaf, 1, 1};
     LightSample s;
     if (!light_sample(&alone, NULL, 0, p, v3_all(0), 0, (Vec2){number(&state), number(&state)}, &s)) continue;
     if (!(v3_dot(s.wl, n) > 0)) continue;

@@ -305,7 +305,7 @@ bool light_tree_build(LightTree *t, Arena *arena, const Emitter *emitters, const
   TreeBuild b = {t, mem_alloc(count, sizeof *b.items), mem_alloc(count + 8, sizeof *b.stack), 0};
   bool ok = t->nodes && t->parent && t->leaf_of && b.items && b.stack, is_whole = true;
   if (ok) {
-    const size_t kept = gather(&b, emitters, power, count);
+    const size_t kept = t->leaf_count = gather(&b, emitters, power, count);
     double most = 0;
     for (size_t i = 0; i < kept; i++) most = fmax(most, b.items[i].sender.power);
     if (kept) b.stack[b.height++] = (Range){0, (uint32_t)kept, LIGHT_ROOT, 0};

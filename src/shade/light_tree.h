@@ -27,6 +27,7 @@ typedef struct LightTree {
   uint32_t *parent;  // of each node: node * 8 + lane, or LIGHT_ROOT
   uint32_t *leaf_of; // of each emitter: node * 8 + lane; LIGHT_ROOT: it is never aimed at
   size_t node_count; // 0: no emitter has power
+  size_t leaf_count; // emitters that have
 } LightTree;
 
 typedef struct LightChances {
@@ -90,6 +91,8 @@ static inline bool light_tree_pick(const LightTree *t, Vec3 p, Vec3 n, float cho
   // A float has 24 bits, and a deep tree wants more: the rest are made up from them.
   double u = (double)choice + (double)unit_float(hash_u32((uint32_t)(choice * 0x1p24f))) * 0x1p-24;
   *pmf = 1;
+  *emitter = t->leaf_count == 1 ? (uint32_t)t->nodes[0].child[0] & ~(uint32_t)LIGHT_LEAF : 0;
+  if (t->leaf_count == 1) return true; // nothing to choose
   for (int32_t node = 0; t->node_count;) {
     const LightChances c = light_node_chances(&t->nodes[node], p, n);
     if (!(c.sum > 0)) return false;
@@ -110,7 +113,7 @@ static inline float light_tree_pmf(const LightTree *t, Vec3 p, Vec3 n, uint32_t 
   int length = 0;
   float pmf = 1;
   for (uint32_t at = t->leaf_of[emitter]; at != LIGHT_ROOT; at = t->parent[at / 8]) path[length++] = at;
-  if (!length) return 0;
+  if (!length || t->leaf_count == 1) return length ? 1 : 0;
   // From the root down, so that the product is the same one.
   while (length-- > 0) {
     const LightChances c = light_node_chances(&t->nodes[path[length] / 8], p, n);
