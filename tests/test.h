@@ -84,6 +84,14 @@ static inline bool test_can_run(void)
 #endif
 }
 
+// How many times as long the long tests run: 1 for every change, more at night (RAYFOLD_INTENSITY=100).
+static inline double test_intensity(void)
+{
+  const char *text = getenv("RAYFOLD_INTENSITY");
+  const double x = text ? strtod(text, NULL) : 1;
+  return x > 0 && x < 1e9 ? x : 1;
+}
+
 // Runs all tests, or those whose names contain the first argument.
 #define TEST_MAIN                                                                                    \
   int main(int argc, char **argv)                                                                    \
