@@ -13,6 +13,7 @@
 const Command *const commands[] = {
     &command_render,
     &command_merge,
+    &command_compare,
     &command_info,
     &command_validate,
     &command_convert,

@@ -77,6 +77,7 @@ options_of render "$render_options"
 options_of convert "$convert_options"
 options_of trace "threads api repeat time build compact isa label output help"
 options_of bench "time size output quiet help"
+options_of compare "output most help"
 options_of info "allow-outside quiet help"
 options_of validate "allow-outside quiet help"
 for command in schema manual man completion help; do options_of $command help; done
@@ -85,7 +86,9 @@ has '^rayfold [0-9]*\.[0-9]*\.[0-9]*$' out
 has 'PNG' out
 expect 0 '' --help
 expect 0 '' help
-for command in render convert info validate schema trace bench manual man completion help; do has "^  $command " out; done
+for command in render merge compare convert info validate schema trace bench manual man completion help; do
+  has "^  $command " out
+done
 for code in 0 64 65 66 70 73 75; do has "^  $code " out; done
 command -v bash >/dev/null && { bash -n completion.bash 2>err || failed "completion bash does not parse"; }
 command -v zsh >/dev/null && { zsh -n completion.zsh 2>err || failed "completion zsh does not parse"; }
@@ -274,6 +277,20 @@ expect 0 '' render cornell.json -o two.png -otwo.pfm $small --bits=16 --no-effec
 [ -s two.png ] && [ -s two.pfm ] || failed "two outputs"
 expect 0 "" render -o set.png $small --max-depth 1 --integrator normal --set develop.exposure=1 \
   --set sky.color=#203040 --set sky.gain=0.5 -- cornell.json
+# A picture is no way off itself; grey 1/4 against grey 1/2: (1/4)^2 / (1/4 + 1/100), and half as bright.
+printf 'PF\n2 1\n-1.0\n' >half.pfm
+printf 'PF\n2 1\n-1.0\n' >quarter.pfm
+for i in 1 2 3 4 5 6; do printf '\000\000\000\077' >>half.pfm; printf '\000\000\200\076' >>quarter.pfm; done
+expect 0 '' compare half.pfm half.pfm quarter.pfm -o off.png
+has '^half.pfm: relMSE 0, RMSE 0, PSNR inf dB' out
+has '^quarter.pfm: relMSE 0.2404, RMSE 0.25, PSNR 12.04 dB, mean 0.25000 0.25000 0.25000 (-50.00 %), worst block 50.00 %' out
+[ -s off.png ] || failed "compare -o"
+expect 65 'above 0.2' compare half.pfm quarter.pfm --most 0.2
+expect 0 '' compare half.pfm quarter.pfm --most 0.25
+expect 0 '' render cornell.json -o twice.pfm --size 48x32 --spp 2 --quiet
+expect 0 '' compare out.pfm twice.pfm
+expect 65 'multiple' compare twice.pfm out.pfm
+expect 66 'missing' compare missing.pfm out.pfm
 # A view is saved as it is, whatever the scene's develop says; what --set says of develop holds.
 sed 's/"camera"/"develop": { "exposure": 2, "tone_curve": "agx", "gamma": 2 }, &/' cornell.json >bright.json
 for view in normal depth albedo uv id bary cost; do

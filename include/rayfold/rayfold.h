@@ -349,6 +349,10 @@ RF_API rf_save_def rf_default_save_def(void);
 // linear radiance. The file appears whole or not at all. develop and save may be NULL.
 RF_API bool rf_film_save(const rf_film *f, const rf_develop_def *develop, const rf_save_def *save, const char *path);
 RF_API bool rf_can_save(rf_engine *e, const char *path); // would the extension be understood?
+// A picture file as linear rgba, alpha 1 where the file has none; freed by rf_image_free().
+RF_API bool rf_image_load(rf_engine *e, const char *path, rf_image *out);
+// A linear picture of 3 or 4 channels into a file, whole or not at all; display formats encode 0..1. save may be NULL.
+RF_API bool rf_image_save(rf_engine *e, const rf_image *img, const rf_save_def *save, const char *path);
 // Converts a picture file into another format (a float format to a display one by develop).
 RF_API bool rf_image_convert(rf_engine *e, const char *from, const char *to, const rf_develop_def *develop,
                              const rf_save_def *save);

@@ -6,6 +6,7 @@
 #include "base/cpu.h"
 #include "base/err.h"
 #include "base/jobs.h"
+#include "post/tone.h"
 #include "rayfold/rayfold.h"
 #include "render/camera.h"
 #include "render/film.h"
@@ -51,6 +52,9 @@ bool api_bad_argument(const char *function, const char *format, ...)      // ret
 void api_film_changed(rf_film *f); // forgets the denoised picture
 Eye api_eye(const rf_eye *e);
 void api_log_notes(const rf_engine *e, const Notes *notes);
+bool api_tone(const rf_develop_def *def, const char *function, Tone *out); // def NULL: defaults
+bool api_is_opaque(const rf_image *rgba); // covered everywhere: needs no alpha channel
+void api_drop_alpha(rf_image *rgba);
 
 // Is this the struct its default function made? Records the failure if not.
 bool api_has_magic(uint32_t magic, uint32_t wanted, const char *function, const char *type);

@@ -216,7 +216,7 @@ rf_develop_def rf_scene_develop_def(const rf_scene *s)
   return s ? develop_from(&s->scene->develop) : rf_default_develop_def();
 }
 
-static bool tone_from(const rf_develop_def *def, const char *function, Tone *out)
+bool api_tone(const rf_develop_def *def, const char *function, Tone *out)
 {
   const rf_develop_def defaults = rf_default_develop_def();
   if (!def) def = &defaults;
@@ -236,13 +236,6 @@ static bool image_create(rf_image *out, const Film *f, int channels, const char 
   Err err = {0};
   if (!out->pixels) err_memory(&err, function, (unsigned long long)f->width * f->height * 16);
   return api_fail(&err);
-}
-
-void rf_image_free(rf_image *img)
-{
-  if (!img) return;
-  mem_free(img->pixels);
-  *img = (rf_image){0};
 }
 
 bool rf_film_plane(const rf_film *f, rf_plane plane, rf_image *out)
@@ -272,7 +265,7 @@ bool rf_develop(const rf_film *f, const rf_develop_def *def, rf_image *out)
 {
   Tone tone;
   if (!f || !out) return api_bad_argument("rf_develop", "film and result must not be NULL");
-  if (!tone_from(def, "rf_develop", &tone) || !picture_of(f, out)) return false;
+  if (!api_tone(def, "rf_develop", &tone) || !picture_of(f, out)) return false;
   tone_pixels(&tone, out->pixels, (size_t)out->width * (size_t)out->height, f->engine->jobs);
   return true;
 }
@@ -319,21 +312,6 @@ static bool gather_planes(const rf_film *f, unsigned wanted, rf_image images[FIL
   return true;
 }
 
-// Pictures that are covered everywhere need no alpha channel.
-static bool is_opaque(const rf_image *img)
-{
-  for (size_t i = 0; i < (size_t)img->width * (size_t)img->height; i++)
-    if (img->pixels[4 * i + 3] < 1) return false;
-  return true;
-}
-
-static void drop_alpha(rf_image *img)
-{
-  for (size_t i = 0; i < (size_t)img->width * (size_t)img->height; i++)
-    memmove(img->pixels + 3 * i, img->pixels + 4 * i, 3 * sizeof(float));
-  img->channels = 3;
-}
-
 // Radiance is stored multiplied by coverage; display files want it divided out again.
 static void divide_by_alpha(rf_image *img)
 {
@@ -350,7 +328,7 @@ bool rf_film_save(const rf_film *f, const rf_develop_def *develop, const rf_save
   if (!f || !path) return api_bad_argument(function, "film and path must not be NULL");
   if (!save) save = &defaults;
   Tone tone;
-  if (!api_has_magic(save->magic, MAGIC_SAVE, function, "rf_save_def") || !tone_from(develop, function, &tone))
+  if (!api_has_magic(save->magic, MAGIC_SAVE, function, "rf_save_def") || !api_tone(develop, function, &tone))
     return false;
   Err err = {0};
   bool is_linear = false;
@@ -364,8 +342,8 @@ bool rf_film_save(const rf_film *f, const rf_develop_def *develop, const rf_save
       divide_by_alpha(&images[0]);
       tone_pixels(&tone, images[0].pixels, (size_t)images[0].width * (size_t)images[0].height, f->engine->jobs);
     }
-    if (is_opaque(&images[0])) {
-      drop_alpha(&images[0]);
+    if (api_is_opaque(&images[0])) {
+      api_drop_alpha(&images[0]);
       planes[0].channels = "RGB";
     }
     const ImageOut out = {.width = f->film->width, .height = f->film->height, .planes = planes, .plane_count = count,
@@ -374,52 +352,4 @@ bool rf_film_save(const rf_film *f, const rf_develop_def *develop, const rf_save
   }
   for (size_t i = 0; i < FILM_PLANE_COUNT; i++) rf_image_free(&images[i]);
   return api_fail(&err) && ok;
-}
-
-// --- converting pictures --------------------------------------------------------------------------
-static void to_rgba(const Image *img, float *out)
-{
-  const bool decode = img->type == PIXEL_U8 || img->type == PIXEL_U16;
-  for (uint32_t y = 0; y < img->height; y++)
-    for (uint32_t x = 0; x < img->width; x++, out += 4) {
-      for (uint32_t c = 0; c < 3; c++) {
-        const float v = image_value(img, x, y, img->channels >= 3 ? c : 0);
-        out[c] = decode ? srgb_decode(v) : v;
-      }
-      out[3] = img->channels == 2 || img->channels == 4 ? image_value(img, x, y, img->channels - 1) : 1;
-    }
-}
-
-bool rf_image_convert(rf_engine *e, const char *from, const char *to, const rf_develop_def *develop,
-                      const rf_save_def *save)
-{
-  static const char function[] = "rf_image_convert";
-  const rf_save_def defaults = rf_default_save_def();
-  if (!e || !from || !to) return api_bad_argument(function, "engine and paths must not be NULL");
-  if (!save) save = &defaults;
-  Tone tone;
-  if (!api_has_magic(save->magic, MAGIC_SAVE, function, "rf_save_def") || !tone_from(develop, function, &tone))
-    return false;
-  Err err = {0};
-  bool is_linear = false;
-  Image img = {0};
-  rf_image rgba = {0};
-  if (image_format(to, &is_linear, &err) && image_read(&img, from, &err)) {
-    rgba = (rf_image){(int)img.width, (int)img.height, 4,
-                      mem_alloc((size_t)img.width * img.height, 4 * sizeof(float))};
-    if (!rgba.pixels) err_memory(&err, from, 16ull * img.width * img.height);
-  }
-  if (rgba.pixels) {
-    const bool was_linear = img.type == PIXEL_F16 || img.type == PIXEL_F32;
-    to_rgba(&img, rgba.pixels);
-    if (was_linear && !is_linear) tone_pixels(&tone, rgba.pixels, (size_t)img.width * img.height, e->jobs);
-    if (is_opaque(&rgba)) drop_alpha(&rgba);
-    const Plane plane = {"", rgba.channels == 4 ? "RGBA" : "RGB", rgba.pixels, img.type == PIXEL_F32};
-    const ImageOut out = {.width = img.width, .height = img.height, .planes = &plane, .plane_count = 1,
-                          .bits = save->bits, .quality = save->quality, .comment = save->comment};
-    image_write(to, &out, &err);
-  }
-  rf_image_free(&rgba);
-  image_finish(&img);
-  return api_fail(&err);
 }
