@@ -99,6 +99,14 @@ typedef struct Named {
   SurfaceMaterial m;
 } Named;
 
+static SurfaceMaterial mirror(float roughness)
+{
+  SurfaceMaterial m = material_of(SURFACE_MIRROR);
+  m.color = v3(0.9f, 0.8f, 0.7f);
+  m.roughness = roughness;
+  return m;
+}
+
 static int rough_materials(Named out[32])
 {
   const Vec3 gold = v3(1, 0.77f, 0.34f), grey = v3(0.5f, 0.6f, 0.7f);
@@ -112,6 +120,7 @@ static int rough_materials(Named out[32])
                        {"plastic 0", pbr(grey, 0, 0)},
                        {"plastic 0.25", pbr(grey, 0, 0.25f)},
                        {"plastic 0.8", pbr(grey, 0, 0.8f)},
+                       {"mirror 0.45", mirror(0.45f)},
                        {"half metal", pbr(grey, 0.5f, 0.4f)},
                        {"tinted specular", tinted},
                        {"coated plastic", coated(pbr(grey, 0, 0.6f), 1, 0.2f)},

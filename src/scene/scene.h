@@ -189,8 +189,9 @@ typedef struct Texture {
 #define LAMBERT_FIELDS(F)                                                              \
   F(color,   albedo, (0.8, 0.8, 0.8), 0, 1, "", "Part of the light that is scattered.") \
   F(texture, albedo_texture, -1, 0, 0, "", "Multiplies albedo.")
-#define MIRROR_FIELDS(F) \
-  F(color, color, (0.95, 0.95, 0.95), 0, 1, "", "Reflectance.")
+#define MIRROR_FIELDS(F)                                       \
+  F(color, color, (0.95, 0.95, 0.95), 0, 1, "", "Reflectance.") \
+  F(real,  roughness, 0, 0, 1, "", "0 is polished; GGX width alpha is its square. Light that microfacets send to and fro is lost, as in Blender's Glossy BSDF.")
 #define GLASS_FIELDS(F)                                                                                          \
   F(color, color, (1, 1, 1), 0, 1, "", "Multiplies what passes the surface.")                                    \
   F(real,  ior, 1.5, 1, 5, "", "Index of refraction.")                                                           \

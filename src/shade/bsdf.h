@@ -147,7 +147,10 @@ static inline void material_bsdf(const SurfaceMaterial *m, const TextureMap *map
   switch ((SurfaceKind)m->kind) {
   case SURFACE_PBR: bsdf_pbr(m, maps, s, color, out); return;
   case SURFACE_LAMBERT: set_covered(out, color, 0, 0); return;
-  case SURFACE_MIRROR: out->f0 = out->f90 = color; return;
+  case SURFACE_MIRROR:
+    set_roughness(out, m->roughness);
+    out->f0 = out->f90 = color;
+    return;
   case SURFACE_GLASS: bsdf_glass(m, s, color, out); return;
   case SURFACE_EMISSION: return;
   }

@@ -158,6 +158,7 @@ static SurfaceMaterial from_material(Prepare *p, Source *source, const Material 
     return s;
   case MATERIAL_MIRROR:
     s.kind = SURFACE_MIRROR;
+    s.roughness = m->mirror.roughness;
     s.color = v3_load(m->mirror.color);
     return s;
   case MATERIAL_GLASS:
