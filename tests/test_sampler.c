@@ -36,6 +36,28 @@ TEST(every_power_of_two_of_samples_is_a_net)
   CHECK(is_net(3, 4, 2, 1, 256, 8) && is_net(3, 4, 2, 1, 65536, 6) && is_net(3, 4, 2, 1, 0x40000, 4));
 }
 
+// Many at once are the same numbers, whatever lies in the rows behind.
+TEST(rows_are_samplers)
+{
+  SamplerRows rows = {0};
+  uint32_t x[SAMPLER_ROWS], y[SAMPLER_ROWS];
+  const uint32_t samples[] = {0, 1, 2, 3, 4, 7, 8, 255, 256, 0x40000, 0x7fffffffu, 0x80000000u, 0xffffffffu};
+  const size_t kinds = sizeof samples / sizeof *samples;
+  for (uint32_t pair = 0; pair < 50; pair++) {
+    const size_t count = 1 + pair % SAMPLER_ROWS;
+    Sampler s[SAMPLER_ROWS];
+    for (size_t i = 0; i < count; i++) {
+      s[i] = sampler_begin((uint32_t)i * 7, pair, samples[(i + pair) % kinds], 3 + pair);
+      sampler_rows_set(&rows, i, &s[i]);
+    }
+    sample_rows(&rows, count, pair, x, y);
+    for (size_t i = 0; i < count; i++) {
+      const SampleBits b = sample_bits(&s[i], pair);
+      CHECK(x[i] == b.x && y[i] == b.y);
+    }
+  }
+}
+
 TEST(neighbours_share_the_strata)
 {
   // At one sample the 2^k pixels of an aligned block hold one value in each of 2^k strata, in x and in y.

@@ -17,11 +17,12 @@
 #include "shade/light_sample.h"
 
 // Pairs of the sampler. The film's and the lens's come first, then those of each vertex.
-enum { PAIR_FILM, PAIR_LENS, PAIR_VERTEX, PAIR_SCATTER = 0, PAIR_CHOICES, PAIR_LIGHTS };
+enum { PAIR_FILM, PAIR_LENS, PAIR_VERTEX, PAIR_SCATTER = 0, PAIR_CHOICES, PAIR_LIGHTS, PAIRS_DRAWN };
 
 typedef struct Path {
   const RenderPass *pass;
   const Sampler *sampler;
+  Vec2 drawn[PAIRS_DRAWN]; // the first pairs of the next vertex
   uint32_t seed;     // of this sample, for alpha
   int32_t depth;     // bounces so far
   Vec3 radiance;     // found so far
@@ -45,6 +46,11 @@ static inline uint32_t path_pair(const Path *p, uint32_t which)
 {
   const uint32_t stride = PAIR_LIGHTS + 2 * (uint32_t)light_group_count(&p->pass->world->lights);
   return PAIR_VERTEX + (uint32_t)p->depth * stride + which;
+}
+
+static inline Vec2 path_draw(const Path *p, uint32_t which)
+{
+  return which < PAIRS_DRAWN ? p->drawn[which] : sample_pair(p->sampler, path_pair(p, which));
 }
 
 static inline uint32_t path_ray_seed(const Path *p, uint32_t ray)
@@ -151,10 +157,10 @@ static inline bool path_sample_light(const Path *p, const PathVertex *v, const B
 {
   const World *w = p->pass->world;
   const Bsdf *b = &v->bsdf;
-  const Vec2 place = sample_pair(p->sampler, path_pair(p, PAIR_LIGHTS + 2 * (uint32_t)group));
+  const Vec2 place = path_draw(p, PAIR_LIGHTS + 2 * (uint32_t)group);
   // Only emitters are chosen among.
   const float choice = group == 0 && w->lights.emitter_count > 1
-                           ? sample_pair(p->sampler, path_pair(p, PAIR_LIGHTS + 1)).x
+                           ? path_draw(p, PAIR_LIGHTS + 1).x
                            : 0;
   LightSample l;
   float scatter_pdf;
@@ -175,7 +181,7 @@ static inline bool path_scatter(Path *p, const PathVertex *v, float choice, Ray 
 {
   BsdfSample next;
   const Bsdf *b = &v->bsdf;
-  const Vec2 place = sample_pair(p->sampler, path_pair(p, PAIR_SCATTER));
+  const Vec2 place = path_draw(p, PAIR_SCATTER);
   if (!bsdf_sample(b, v->wo, choice, place, &next)) return false;
   p->throughput *= next.weight;
   if (v3_is_zero(p->throughput) || !v3_is_finite(p->throughput)) return false;

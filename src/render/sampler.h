@@ -37,6 +37,8 @@
 
 #include <stdint.h>
 
+enum { SAMPLER_ROWS = 64 };
+
 // The place of one sample: what all its dimensions share.
 typedef struct Sampler {
   uint32_t block_seed, pixel_seed;
@@ -102,28 +104,62 @@ static inline Sampler sampler_begin(uint32_t x, uint32_t y, uint32_t sample, uin
 
 // The pixel's own order within [2^k, 2^(k+1)): the k bits below the highest are scrambled, the set of the first 2^k
 // samples stays. All in reversed bits.
-static inline uint32_t sample_dealt(uint32_t sample, uint32_t seed)
+// zeros: below the lowest bit of sample, 31 - k; 31 of 0.
+static inline uint32_t sample_dealt(uint32_t sample, uint32_t zeros, uint32_t seed)
 {
-  const int zeros = sample ? __builtin_ctz(sample) : 31; // 31 - k
-  if (zeros >= 30) return sample;
-  const int up = zeros + 1;
-  return owen_reversed(sample >> up, seed) << up | 1u << zeros;
+  const uint32_t up = (zeros + 1) & 31;
+  const uint32_t dealt = owen_reversed(sample >> up, seed) << up | 1u << zeros;
+  return zeros >= 30 ? sample : dealt;
 }
 
 typedef struct SampleBits {
   uint32_t x, y; // fractions of 2^32
 } SampleBits;
 
-static inline SampleBits sample_bits(const Sampler *s, uint32_t pair)
+static inline SampleBits sample_bits_at(const Sampler *s, uint32_t zeros, uint32_t pair)
 {
   const uint32_t h = hash_u32(s->block_seed ^ pair * 0x9e3779b9u);
-  const uint32_t dealt = sample_dealt(s->sample, hash_u32(s->pixel_seed + pair));
+  const uint32_t dealt = sample_dealt(s->sample, zeros, hash_u32(s->pixel_seed + pair));
   const uint32_t index = bits_reverse(owen_reversed(dealt, h));
   const uint32_t rank = bits_reverse(owen_reversed(s->rank, h ^ 0xb5297a4du));
   const uint32_t x = index ^ pascal_lower(rank);
   const uint32_t y = pascal_upper(index) ^ pascal_lower(pascal_upper(rank));
   return (SampleBits){bits_reverse(owen_reversed(x, hash_u32(h + 0x1b56c4e9u))),
                       bits_reverse(owen_reversed(y, hash_u32(h + 0x7feb352du)))};
+}
+
+static inline SampleBits sample_bits(const Sampler *s, uint32_t pair)
+{
+  return sample_bits_at(s, s->sample ? (uint32_t)__builtin_ctz(s->sample) : 31, pair);
+}
+
+// Fractions of 2^32 of one pair of many samplers. Nothing in it waits or branches, so that compilers work on as many at
+// once as fit a register; where shifts by lanes of their own are not to be had (SSE), one by one.
+typedef struct SamplerRows {
+  uint32_t block_seed[SAMPLER_ROWS], pixel_seed[SAMPLER_ROWS], rank[SAMPLER_ROWS], sample[SAMPLER_ROWS];
+  uint32_t zeros[SAMPLER_ROWS]; // below the lowest bit of sample, 31 of 0
+} SamplerRows;
+
+static inline void sampler_rows_set(SamplerRows *r, size_t i, const Sampler *s)
+{
+  r->block_seed[i] = s->block_seed;
+  r->pixel_seed[i] = s->pixel_seed;
+  r->rank[i] = s->rank;
+  r->sample[i] = s->sample;
+  r->zeros[i] = s->sample ? (uint32_t)__builtin_ctz(s->sample) : 31;
+}
+
+// The first `count` rows, rounded up to whole registers: rows past them must hold some sampler.
+static inline void sample_rows(const SamplerRows *r, size_t count, uint32_t pair, uint32_t *restrict x,
+                               uint32_t *restrict y)
+{
+  const size_t end = (count + 15) & ~(size_t)15;
+  for (size_t i = 0; i < end; i++) {
+    const Sampler s = {r->block_seed[i], r->pixel_seed[i], r->rank[i], r->sample[i]};
+    const SampleBits b = sample_bits_at(&s, r->zeros[i], pair);
+    x[i] = b.x;
+    y[i] = b.y;
+  }
 }
 
 // Two values in [0, 1), multiples of 2^-24.
