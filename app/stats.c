@@ -33,6 +33,14 @@ static uint64_t peak_memory(void)
   return getrusage(RUSAGE_SELF, &usage) ? 0 : (uint64_t)usage.ru_maxrss * 1024; // Linux counts in KiB
 }
 
+// Processor seconds of all threads so far.
+static double cpu_seconds(void)
+{
+  struct rusage u;
+  if (getrusage(RUSAGE_SELF, &u)) return 0;
+  return (double)(u.ru_utime.tv_sec + u.ru_stime.tv_sec) + 1e-6 * (double)(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
+}
+
 static void print_stats(FILE *out, const Stats *s)
 {
   char version[32];
@@ -47,6 +55,7 @@ static void print_stats(FILE *out, const Stats *s)
           "  \"seconds\": {\"load\": %.6f, \"prepare\": %.6f, \"render\": %.6f, \"denoise\": %.6f, "
           "\"write\": %.6f},\n",
           s->load, s->prepare, s->render, s->denoise, s->write);
+  fprintf(out, "  \"cpu_seconds\": %.3f,\n", cpu_seconds());
   fprintf(out,
           "  \"rays\": {\"camera\": %" PRIu64 ", \"bounce\": %" PRIu64 ", \"shadow\": %" PRIu64
           ", \"all\": %" PRIu64 ", \"per_second\": %.0f},\n",

@@ -12,7 +12,8 @@ usage: bench/fidelity.sh [OPTION]...
   --spp "A B"        samples a pixel of the two renders whose times are subtracted ("32 128")
   --threads N        for both (2)
   --no-cycles        take Cycles' pictures and times from the cache
-Needs Debian's blender and python3-numpy. Denoisers are off; start-up, loading and trees are not counted.
+Needs Debian's blender and python3-numpy. Denoisers are off; start-up, loading and trees are not counted;
+times are processor seconds over the number of threads.
 END
 }
 rayfold=$top/build/rayfold cache=$top/build/fidelity scenes="" spp="32 128" threads=2 cycles=1
@@ -53,7 +54,7 @@ run_cycles() { # scene
       --spp "$few,$many" --seed $seed --threads "$threads" --tag "cycles$seed" >"$out/blender.log" 2>&1 ||
       { tail -5 "$out/blender.log" >&2 && exit 70; }
   done
-  sed -n 's/.*"spp": \([0-9]*\), "wall": \([0-9.]*\).*/\1 \2/p' "$out/times.jsonl" >"$out/$1.cycles"
+  sed -n 's/.*"spp": \([0-9]*\),.* "cpu": \([0-9.]*\).*/\1 \2/p' "$out/times.jsonl" >"$out/$1.cycles"
 }
 run_ours() { # scene
   rm -f "$out/$1.ours"
@@ -61,14 +62,15 @@ run_ours() { # scene
     for n in $few $many; do
       "$rayfold" render "$cache/ours/$1.json" -o "$out/$1_ours${seed}_$n.pfm" --spp "$n" --seed $seed --threads "$threads" \
         --stats "$out/stats.json" --quiet
-      sed -n 's/.*"render": \([0-9.]*\).*/'"$n"' \1/p' "$out/stats.json" >>"$out/$1.ours"
+      sed -n 's/.*"cpu_seconds": \([0-9.]*\).*/'"$n"' \1/p' "$out/stats.json" >>"$out/$1.ours"
     done
   done
 }
-# Seconds a sample of the whole picture: the least of the differences, since what disturbs only adds.
+# Seconds a sample of the whole picture, were all threads' processor time wall time. The least of each, since what
+# disturbs only adds.
 slope() { # file of "spp seconds"
-  awk -v few="$few" '$1 == few { a = !na++ || $2 < a ? $2 : a } $1 != few { b = !nb++ || $2 < b ? $2 : b; n = $1 }
-    END { print (b - a) / (n - few) }' "$1"
+  awk -v few="$few" -v threads="$threads" '$1 == few { a = !na++ || $2 < a ? $2 : a } $1 != few { b = !nb++ || $2 < b ? $2 : b; n = $1 }
+    END { print (b - a) / (n - few) / threads }' "$1"
 }
 # Half of how two pictures of other seeds differ is the noise of each; nothing but noise is in it.
 noise() { # picture, picture
