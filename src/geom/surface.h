@@ -22,6 +22,23 @@ typedef struct TriangleMesh {
   const uint32_t *triangles; // 3 vertex indices a triangle
 } TriangleMesh;
 
+// What surface_of_triangle() will read, asked of memory ahead: first a triangle's indices, and when those are there its
+// vertices. Meshes of a million triangles lie far from the processor.
+static inline void mesh_fetch_indices(const TriangleMesh *m, uint32_t prim)
+{
+  fetch_ahead(m->triangles + 3 * (size_t)prim, 1);
+}
+
+static inline void mesh_fetch_vertices(const TriangleMesh *m, uint32_t prim)
+{
+  const uint32_t *corner = m->triangles + 3 * (size_t)prim;
+  for (int k = 0; k < 3; k++) {
+    fetch_ahead(m->positions + 3 * (size_t)corner[k], 1);
+    if (m->normals) fetch_ahead(m->normals + 3 * (size_t)corner[k], 1);
+    if (m->texcoords[0]) fetch_ahead(m->texcoords[0] + 2 * (size_t)corner[k], 1);
+  }
+}
+
 // The two maps of a placed shape.
 typedef struct Placement {
   const Frame *world_from_object, *object_from_world;

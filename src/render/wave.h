@@ -186,9 +186,26 @@ static inline void wave_draw(Wave *w)
   }
 }
 
+// Asks memory for the triangles of all hits, so that shading waits for it once and not once a path.
+static inline void wave_fetch(const Wave *w)
+{
+  const WorldInstance *instances = w->pass->world->instances;
+  for (size_t i = 0; i < w->going; i++) {
+    const Hit *h = &w->hits[i];
+    if (h->instance != NO_HIT && instances[h->instance].mesh.triangles)
+      mesh_fetch_indices(&instances[h->instance].mesh, h->prim);
+  }
+  for (size_t i = 0; i < w->going; i++) {
+    const Hit *h = &w->hits[i];
+    if (h->instance != NO_HIT && instances[h->instance].mesh.triangles)
+      mesh_fetch_vertices(&instances[h->instance].mesh, h->prim);
+  }
+}
+
 static inline void wave_shade(Wave *w)
 {
   size_t left = 0;
+  wave_fetch(w);
   wave_draw(w);
   for (size_t i = 0; i < w->going; i++) {
     const size_t path_i = w->path_of[i];
