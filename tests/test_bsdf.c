@@ -471,7 +471,7 @@ TEST(a_flat_normal_map_changes_nothing)
 {
   float texel[3] = {0.5f, 0.5f, 1};
   const TextureMap map = {
-      .image = {1, 1, 3, PIXEL_F32, texel}, .uv_map = {{1, 0, 0}, {0, 1, 0}}, .gain = {1, 1, 1}};
+      .image = {1, 1, 3, PIXEL_F32, texel}, .uv_map = {{1, 0, 0}, {0, 1, 0}}, .gain = {1, 1, 1}, .alpha_gain = 1};
   SurfaceMaterial m = pbr(v3_all(1), 0, 0.5f);
   m.normal_map = (TextureRef){0, 0};
   SurfacePoint s = point_facing_up(false);
@@ -492,7 +492,7 @@ TEST(normals_always_see_the_viewer)
 {
   float texel[3];
   const TextureMap map = {
-      .image = {1, 1, 3, PIXEL_F32, texel}, .uv_map = {{1, 0, 0}, {0, 1, 0}}, .gain = {1, 1, 1}};
+      .image = {1, 1, 3, PIXEL_F32, texel}, .uv_map = {{1, 0, 0}, {0, 1, 0}}, .gain = {1, 1, 1}, .alpha_gain = 1};
   SurfaceMaterial m = pbr(v3_all(1), 0, 0.5f);
   m.normal_map = (TextureRef){0, 0};
   for (uint32_t i = 0; i < 5000; i++) {
@@ -538,13 +538,13 @@ TEST(emission_and_opacity)
 
   SurfaceMaterial p = pbr(v3_all(1), 0, 0.5f);
   p.opacity = 0.6f;
-  CHECK(material_opacity(&p, NULL, s.uv, s.color) == 1);
+  CHECK(material_opacity(&p, NULL, &s) == 1);
   p.alpha_mode = SURFACE_BLEND;
-  CHECK(material_opacity(&p, NULL, s.uv, s.color) == 0.6f);
+  CHECK(material_opacity(&p, NULL, &s) == 0.6f);
   p.alpha_mode = SURFACE_MASK;
-  CHECK(material_opacity(&p, NULL, s.uv, s.color) == 1);
+  CHECK(material_opacity(&p, NULL, &s) == 1);
   p.alpha_cutoff = 0.7f;
-  CHECK(material_opacity(&p, NULL, s.uv, s.color) == 0);
+  CHECK(material_opacity(&p, NULL, &s) == 0);
 }
 
 TEST(mirror_lambert_and_vertex_colour)

@@ -7,14 +7,14 @@
 static TextureMap map_of(uint32_t width, uint32_t height, uint32_t channels, PixelType type, void *pixels)
 {
   return (TextureMap){
-      .image = {width, height, channels, type, pixels}, .uv_map = {{1, 0, 0}, {0, 1, 0}}, .gain = {1, 1, 1}};
+      .image = {width, height, channels, type, pixels}, .uv_map = {{1, 0, 0}, {0, 1, 0}}, .gain = {1, 1, 1}, .alpha_gain = 1};
 }
 
 static const float *look(const TextureMap *t, float u, float v)
 {
   static float rgba[4];
-  const Vec2 uv[2] = {{u, v}, {u + 0.5f, v}};
-  texture_lookup(t, uv, rgba);
+  const SurfacePoint s = {.uv = {{u, v}, {u + 0.5f, v}}};
+  texture_lookup(t, &s, rgba);
   return rgba;
 }
 
@@ -87,10 +87,10 @@ TEST(map_gain_bias_and_sets)
   t.texcoord = 0;
   t.uv_map[0][0] = 0, t.uv_map[0][1] = 1, t.uv_map[0][2] = 0.25f; // u' = v + 1/4
   CHECK(look(&t, 0.9f, 0.125f)[2] == 2);
-  const Vec2 uv[2] = {{0, 0.125f}, {0, 0}};
+  const SurfacePoint s = {.uv = {{0, 0.125f}, {0, 0}}};
   const TextureRef none = {-1, 2}, blue = {0, 2};
-  CHECK(texture_channel(&t, none, uv) == 1 && texture_channel(&t, blue, uv) == 2);
-  CHECK(texture_color(&t, none, uv)[0] == 1 && texture_color(&t, blue, uv)[0] == 5);
+  CHECK(texture_channel(&t, none, &s) == 1 && texture_channel(&t, blue, &s) == 2);
+  CHECK(texture_color(&t, none, &s)[0] == 1 && texture_color(&t, blue, &s)[0] == 5);
 }
 
 TEST(checker_fields_are_half_of_uv_wide)

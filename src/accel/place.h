@@ -4,7 +4,7 @@
 #define RAYFOLD_ACCEL_PLACE_H
 
 #include "accel/tree.h"
-#include "geom/surface.h"
+#include "geom/footprint.h"
 
 // mesh: the arrays the instance's tree was built from; not looked at for shapes. material is left 0.
 static inline SurfacePoint accel_surface(const Accel *a, const TriangleMesh *mesh, const Ray *ray, const Hit *hit)
@@ -16,6 +16,26 @@ static inline SurfacePoint accel_surface(const Accel *a, const TriangleMesh *mes
   case INSTANCE_SPHERE: return surface_of_sphere(i->size[0], &at, ray, hit);
   case INSTANCE_QUAD: return surface_of_flat(i->size[0], i->size[1], &at, ray, hit);
   case INSTANCE_DISK: return surface_of_flat(i->size[0], i->size[0], &at, ray, hit);
+  }
+  unreachable();
+}
+
+// Adds what textures ask for: a ray `width` metres across met the place along d.
+static inline void accel_footprint(const Accel *a, const TriangleMesh *mesh, const Ray *ray, const Hit *hit, float width,
+                                   SurfacePoint *s)
+{
+  const Instance *i = &a->instances[hit->instance];
+  const Frame *f = &i->world_from_object;
+  s->object_p = frame_point(&i->object_from_world, s->p);
+  if (!(width > 0)) return;
+  footprint_of_cone(s, ray->d, width);
+  s->object_major = frame_vector(&i->object_from_world, s->major);
+  s->object_scale = v3_length(s->object_major) / v3_length(s->major);
+  switch ((InstanceKind)i->kind) {
+  case INSTANCE_MESH: footprint_of_triangle(s, mesh, f, hit); return;
+  case INSTANCE_SPHERE: footprint_of_sphere(s, f); return;
+  case INSTANCE_QUAD: footprint_of_shape(s, f, v3(2 * i->size[0], 0, 0), v3(0, 2 * i->size[1], 0)); return;
+  case INSTANCE_DISK: footprint_of_shape(s, f, v3(2 * i->size[0], 0, 0), v3(0, 2 * i->size[0], 0)); return;
   }
   unreachable();
 }

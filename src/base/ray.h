@@ -28,6 +28,12 @@ typedef struct Hit {
 } Hit;
 _Static_assert(sizeof(Hit) == 24, "rf_hit has this layout, so that kernels write it directly");
 
+// Which part of the scene a ray stands for: `width` metres across where it starts, wider by `spread` a metre on its way
+// (Akenine-Moller et al., "Texture Level of Detail Strategies for Real-Time Ray Tracing", Ray Tracing Gems 2019).
+typedef struct Cone {
+  float width, spread;
+} Cone;
+
 // What is known of the place a ray hit, in world space. Directions are unit length.
 typedef struct SurfacePoint {
   Vec3 p;
@@ -40,6 +46,12 @@ typedef struct SurfacePoint {
   float color[4];     // vertex colour, linear; 1 where there is none
   bool is_back;       // the ray came from behind (against ng's side)
   uint32_t instance, prim, material; // material: index into the world's
+
+  // What only textures ask for (geom/footprint.h); zero: textures are not filtered.
+  Vec3 object_p, object_major; // p and major in the object's own space
+  float object_scale; // lengths there for one metre, about
+  Vec3 grad_u[2], grad_v[2]; // of both uv sets, per metre along the surface
+  Vec3 major, minor;  // how far the ray's cone reaches on the surface: the axes of an ellipse from end to end, metres
 } SurfacePoint;
 
 // Rays a thing can be seen by; a ray carries one bit, an instance a set of them.

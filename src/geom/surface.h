@@ -90,10 +90,10 @@ static inline SurfacePoint surface_begin(const Ray *ray, const Hit *hit, Vec3 ng
 }
 
 // Derivatives of position by texture coordinates (pbrt-v4, "Triangle meshes"); false when they do not exist.
-static inline bool triangle_derivatives(const TriangleMesh *m, const uint32_t corner[3], Vec3 e1, Vec3 e2, Vec3 *dpdu,
-                                        Vec3 *dpdv)
+static inline bool triangle_derivatives(const TriangleMesh *m, int set, const uint32_t corner[3], Vec3 e1, Vec3 e2,
+                                        Vec3 *dpdu, Vec3 *dpdv)
 {
-  const float *uv = m->texcoords[0];
+  const float *uv = m->texcoords[set];
   if (!uv) return false;
   const float u0 = uv[2 * (size_t)corner[0]], v0 = uv[2 * (size_t)corner[0] + 1];
   const float u1 = uv[2 * (size_t)corner[1]] - u0, v1 = uv[2 * (size_t)corner[1] + 1] - v0;
@@ -129,7 +129,7 @@ static inline void triangle_frame(SurfacePoint *s, const TriangleMesh *m, const 
     s->tangent = surface_tangent(s->n, frame_vector(at->world_from_object, corners_mix(m->tangents, corner, 4, w)));
     const float mirrored = frame_determinant(at->world_from_object) < 0 ? -1.0f : 1.0f;
     s->tangent_sign = copysignf(1, m->tangents[4 * (size_t)corner[0] + 3]) * mirrored * turned;
-  } else if (triangle_derivatives(m, corner, e1, e2, &dpdu, &dpdv)) {
+  } else if (triangle_derivatives(m, 0, corner, e1, e2, &dpdu, &dpdv)) {
     s->tangent = surface_tangent(s->n, frame_vector(at->world_from_object, dpdu));
     const Vec3 bitangent = frame_vector(at->world_from_object, dpdv);
     s->tangent_sign = v3_dot(v3_cross(s->n, s->tangent), bitangent) < 0 ? -1.0f : 1.0f;

@@ -87,4 +87,19 @@ static inline Ray eye_ray(const Eye *e, float width, float height, Vec2 film, Ve
   return (Ray){frame_point(&e->frame, o), v3_normalize(frame_vector(&e->frame, d)), 0, INFINITY};
 }
 
+// What the ray of direction d stands for: a pixel's side at one metre, the geometric mean of its two sides off the
+// picture's middle. A lens is a point here: what it blurs, its own samples blur.
+static inline Cone eye_cone(const Eye *e, float height, Vec3 d)
+{
+  switch (e->kind) {
+  case EYE_PERSPECTIVE: {
+    const float cosine = max_f(-v3_dot(d, e->frame.z), 0);
+    return (Cone){0, 2 * e->tan_half_fov / height * cosine * sqrtf(cosine)};
+  }
+  case EYE_ORTHOGRAPHIC: return (Cone){e->height / height, 0};
+  case EYE_PANORAMIC: return (Cone){0, e->span / 2 / height};
+  }
+  unreachable();
+}
+
 #endif

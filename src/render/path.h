@@ -32,6 +32,8 @@ typedef struct Path {
   Vec3 from, from_n; // last vertex, and the normal it aims at lights with
   float scatter_pdf; // with which its BSDF chose the ray
   bool was_delta;    // no light could have been aimed at in that direction
+  Cone cone;         // what the next ray stands for
+  float share;       // of a pixel's side that this sample stands for
 } Path;
 
 // Where a path is.
@@ -40,6 +42,7 @@ typedef struct PathVertex {
   SurfacePoint s;
   Bsdf bsdf;
   Vec3 wo;
+  float width; // of the cone that arrived, metres
 } PathVertex;
 
 static inline uint32_t path_pair(const Path *p, uint32_t which)
@@ -125,6 +128,8 @@ static inline void path_arrive(Path *p, const Ray *ray, const Hit *hit, PathVert
   v->s = trace_surface(w, ray, hit);
   v->m = &w->materials[v->s.material];
   v->wo = -ray->d;
+  v->width = p->cone.width + p->cone.spread * hit->t;
+  trace_footprint(w, ray, hit, v->width, &v->s);
   p->throughput *= path_fade(p->absorption, hit->t);
   path_add_emission(p, v->m, &v->s, ray, hit);
   material_bsdf(v->m, w->textures, &v->s, v->wo, &v->bsdf);
@@ -176,6 +181,15 @@ static inline bool path_sample_light(const Path *p, const PathVertex *v, const B
 }
 
 // --- scatter, and decide whether to go on -------------------------------------------------------
+// A direction drawn with density pdf stands for 1/pdf of solid angle among the directions one sample could have taken,
+// and for the part of it that is this sample's (Bekaert et al. 2003, "A custom designed density estimator for light
+// transport", footprints from densities). A quarter of its side, so that neighbouring samples' cones do not overlap.
+static inline void path_widen(Path *p, const BsdfSample *next, float width)
+{
+  p->cone.width = width;
+  if (next->is_delta) return;
+  p->cone.spread = max_f(p->cone.spread, min_f(0.25f * p->share / sqrtf(next->pdf), 1));
+}
 
 static inline bool path_scatter(Path *p, const PathVertex *v, float choice, Ray *ray)
 {
@@ -193,6 +207,7 @@ static inline bool path_scatter(Path *p, const PathVertex *v, float choice, Ray 
   p->was_delta = next.is_delta;
   p->from = v->s.p;
   p->from_n = path_light_side(b);
+  path_widen(p, &next, v->width);
   *ray = (Ray){offset_origin(&v->s, next.wl), next.wl, 0, INFINITY};
   return true;
 }

@@ -20,7 +20,7 @@ static inline void block_view(Wave *w)
     const RayCounters before = *w->counters;
     if (is_cost)
       trace_closest(w->pass->world, &ray, RAY_CAMERA, w->queries[i].seed, w->counters, &w->hits[i]);
-    w->seen[i] = view_render(w->pass, ray, &w->hits[i], view_cost(&before, w->counters));
+    w->seen[i] = view_render(w->pass, ray, w->paths[i].cone, &w->hits[i], view_cost(&before, w->counters));
   }
 }
 

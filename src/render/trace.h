@@ -25,6 +25,13 @@ static inline SurfacePoint trace_surface(const World *w, const Ray *ray, const H
   return s;
 }
 
+// What the material's textures have to know beside the place itself, of a ray `width` metres across there.
+static inline void trace_footprint(const World *w, const Ray *ray, const Hit *hit, float width, SurfacePoint *s)
+{
+  if (w->materials[s->material].has_maps)
+    accel_footprint(w->accel, &w->instances[hit->instance].mesh, ray, hit, width, s);
+}
+
 // Does the surface stop this ray? Coverage is settled by comparing with a hash (stochastic transparency, Enderton et
 // al. 2010): right on average, and each path sees a surface that is there or not.
 static bool trace_counts(const void *user, const Ray *ray, const Hit *hit)
@@ -33,9 +40,10 @@ static bool trace_counts(const void *user, const Ray *ray, const Hit *hit)
   const World *w = q->world;
   const SurfaceMaterial *m = &w->materials[world_material(w, hit)];
   if (!m->needs_filter) return true;
-  const SurfacePoint s = trace_surface(w, ray, hit);
+  SurfacePoint s = trace_surface(w, ray, hit);
   if (s.is_back && !m->is_double_sided) return false;
-  const float opacity = material_opacity(m, w->textures, s.uv, s.color);
+  trace_footprint(w, ray, hit, 0, &s); // the finest level: the mean of a cut is not the cut of a mean
+  const float opacity = material_opacity(m, w->textures, &s);
   if (opacity >= 1) return true;
   return unit_float(hash_combine(hash_combine(q->seed, hit->instance), hit->prim)) < opacity;
 }

@@ -36,7 +36,7 @@ static inline Vec3 view_cost(const RayCounters *before, const RayCounters *after
 }
 
 // hit: of the camera's ray; cost: of finding it.
-static inline FilmSample view_render(const RenderPass *pass, Ray ray, const Hit *hit, Vec3 cost)
+static inline FilmSample view_render(const RenderPass *pass, Ray ray, Cone cone, const Hit *hit, Vec3 cost)
 {
   const World *w = pass->world;
   FilmSample out = {.alpha = 1};
@@ -45,7 +45,8 @@ static inline FilmSample view_render(const RenderPass *pass, Ray ray, const Hit 
     if (pass->settings.transparent) out.alpha = 0;
     return out;
   }
-  const SurfacePoint s = trace_surface(w, &ray, hit);
+  SurfacePoint s = trace_surface(w, &ray, hit);
+  trace_footprint(w, &ray, hit, cone.width + cone.spread * hit->t, &s);
   Bsdf b;
   material_bsdf(&w->materials[s.material], w->textures, &s, -ray.d, &b);
   path_first_hit(pass, &s, hit, bsdf_albedo(&b), &out);

@@ -59,12 +59,18 @@ static inline void wave_add(Wave *w, uint32_t x, uint32_t y, uint32_t sample)
   const Vec2 place = {(float)x + 0.5f + off.x, (float)y + 0.5f + off.y};
   const Vec2 lens = pass->eye.aperture > 0 ? sample_pair(&sampler, PAIR_LENS) : (Vec2){0, 0};
   const Ray ray = eye_ray(&pass->eye, (float)film->width, (float)film->height, place, lens);
+  // Of n samples each stands for an n-th of the pixel. How many there will be is not known, so sample i takes its share
+  // as if it were the last: the first is as smooth as one sample must be, and what filtering takes away fades with more.
+  const float share = 1 / sqrtf((float)sample + 1);
+  const Cone cone = eye_cone(&pass->eye, (float)film->height, ray.d);
   w->samplers[i] = sampler;
   w->paths[i] = (Path){.pass = pass,
                        .sampler = &w->samplers[i],
                        .seed = hash_combine(sampler.pixel_seed, sample),
                        .throughput = v3_all(1),
-                       .eta_scale = 1};
+                       .eta_scale = 1,
+                       .cone = {share * cone.width, share * cone.spread},
+                       .share = share};
   w->seen[i] = (FilmSample){.alpha = 1};
   w->path_of[i] = (uint16_t)i;
   w->rays[i] = ray_pack(&ray);

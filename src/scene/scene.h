@@ -126,8 +126,10 @@ FIELD_STRUCT(TextureCommon, TEXTURE_FIELDS);
   F(choice, encoding, 0, 0, 0, "auto|srgb|linear", "How 8 and 16 bit values are stored; auto goes by use: colours sRGB, data linear.") \
   F(choice, wrap_u, 0, 0, 0, "repeat|clamp|mirror", "What lies beyond the left and right edges.")                   \
   F(choice, wrap_v, 0, 0, 0, "repeat|clamp|mirror", "What lies beyond the top and bottom edges.")                   \
-  F(choice, filter, 0, 0, 0, "linear|nearest", "How texels are mixed.")                                             \
+  F(choice, filter, 0, 0, 0, "linear|nearest", "How texels are mixed where they are larger than pixels.")           \
+  F(choice, minify, 0, 0, 0, "anisotropic|trilinear|off", "Where texels are smaller than pixels: their mean over the pixel's ellipse, over a round one around it, or one texel by chance.") \
   F(color,  gain, (1, 1, 1), 0, NO_LIMIT, "", "Multiplies the picture's channels.")                                 \
+  F(real,   alpha_gain, 1, 0, NO_LIMIT, "", "Multiplies its alpha.")                                                \
   F(color,  bias, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "", "Added after the gain.")
 #define TEXTURE_CHECKER_FIELDS(F)                                                  \
   F(color, color_a, (0.8, 0.8, 0.8), 0, NO_LIMIT, "", "One colour.")               \
@@ -137,6 +139,7 @@ FIELD_STRUCT(TextureChecker, TEXTURE_CHECKER_FIELDS);
 typedef enum { ENCODING_AUTO, ENCODING_SRGB, ENCODING_LINEAR } Encoding;
 typedef enum { WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR } Wrap;
 typedef enum { TEXEL_LINEAR, TEXEL_NEAREST } TexelFilter;
+typedef enum { MINIFY_ANISOTROPIC, MINIFY_TRILINEAR, MINIFY_OFF } Minify; // shade/ has its own, in the same order
 
 typedef enum TextureKind { TEXTURE_IMAGE, TEXTURE_CHECKER } TextureKind;
 typedef struct Texture {

@@ -27,7 +27,7 @@ static inline Vec3 bend_towards(Vec3 n, Vec3 to)
 static inline Vec3 mapped_normal(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s)
 {
   if (m->normal_map.map < 0 || v3_is_zero(s->tangent)) return s->n;
-  const Vec3 c = 2 * texture_color(maps, m->normal_map, s->uv) - v3_all(1);
+  const Vec3 c = 2 * texture_color(maps, m->normal_map, s) - v3_all(1);
   const Vec3 bitangent = s->tangent_sign * v3_cross(s->n, s->tangent);
   const Vec3 n = v3_normalize(m->normal_scale * (c[0] * s->tangent + c[1] * bitangent) + c[2] * s->n);
   return v3_is_zero(n) || !v3_is_finite(n) ? s->n : n;
@@ -99,9 +99,9 @@ static inline void set_covered(Bsdf *b, Vec3 albedo, float f0, float f90)
 static inline void set_coat(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s, Bsdf *b)
 {
   if (m->clearcoat <= 0) return;
-  b->coat = clamp_f(m->clearcoat * texture_channel(maps, m->clearcoat_map, s->uv), 0, 1);
+  b->coat = clamp_f(m->clearcoat * texture_channel(maps, m->clearcoat_map, s), 0, 1);
   b->coat_roughness =
-      smooth_or_rough(m->clearcoat_roughness * texture_channel(maps, m->clearcoat_roughness_map, s->uv));
+      smooth_or_rough(m->clearcoat_roughness * texture_channel(maps, m->clearcoat_roughness_map, s));
   b->coat_alpha = b->coat_roughness * b->coat_roughness;
   b->is_coat_behind = s->is_back && b->glass > 0 && !b->is_thin;
 }
@@ -109,13 +109,13 @@ static inline void set_coat(const SurfaceMaterial *m, const TextureMap *maps, co
 static inline void bsdf_pbr(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s,
                             Vec3 base, Bsdf *b)
 {
-  const float metal = clamp_f(m->metallic * texture_channel(maps, m->metallic_map, s->uv), 0, 1);
-  const float through = clamp_f(m->transmission * texture_channel(maps, m->transmission_map, s->uv), 0, 1);
-  const float specular = clamp_f(m->specular * texture_channel(maps, m->specular_map, s->uv), 0, 1);
-  const Vec3 specular_color = m->specular_color * texture_color(maps, m->specular_color_map, s->uv);
+  const float metal = clamp_f(m->metallic * texture_channel(maps, m->metallic_map, s), 0, 1);
+  const float through = clamp_f(m->transmission * texture_channel(maps, m->transmission_map, s), 0, 1);
+  const float specular = clamp_f(m->specular * texture_channel(maps, m->specular_map, s), 0, 1);
+  const Vec3 specular_color = m->specular_color * texture_color(maps, m->specular_color_map, s);
   const Vec3 f0 = specular * clamp_color(fresnel_f0(m->ior) * specular_color); // KHR_materials_specular
   const float glass = (1 - metal) * through, plastic = (1 - metal) * (1 - through);
-  set_roughness(b, m->roughness * texture_channel(maps, m->roughness_map, s->uv));
+  set_roughness(b, m->roughness * texture_channel(maps, m->roughness_map, s));
 
   b->f0 = metal * base + plastic * f0;
   b->f90 = v3_all(metal + plastic * specular);
@@ -143,7 +143,7 @@ static inline void material_bsdf(const SurfaceMaterial *m, const TextureMap *map
 {
   *out = (Bsdf){.eta = 1};
   bsdf_place(m, maps, s, wo, out);
-  const Vec3 color = clamp_color(m->color * texture_color(maps, m->color_map, s->uv) * v3_load(s->color));
+  const Vec3 color = clamp_color(m->color * texture_color(maps, m->color_map, s) * v3_load(s->color));
   switch ((SurfaceKind)m->kind) {
   case SURFACE_PBR: bsdf_pbr(m, maps, s, color, out); return;
   case SURFACE_LAMBERT: set_covered(out, color, 0, 0); return;
@@ -172,17 +172,16 @@ static inline Vec3 bsdf_albedo(const Bsdf *b)
 static inline Vec3 material_emission(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s)
 {
   if (v3_is_zero(m->emission) || (s->is_back && !m->is_double_sided)) return v3_all(0);
-  return m->emission * v3_max(texture_color(maps, m->emission_map, s->uv), v3_all(0));
+  return m->emission * v3_max(texture_color(maps, m->emission_map, s), v3_all(0));
 }
 
 // How much of the surface is there, 0..1: 1 when opaque, 0 or 1 when masked.
-static inline float material_opacity(const SurfaceMaterial *m, const TextureMap *maps, const Vec2 uv[2],
-                                     const float color[4])
+static inline float material_opacity(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s)
 {
   if (m->alpha_mode == SURFACE_OPAQUE) return 1;
   const TextureRef alpha = {m->color_map.map, 3};
   const float a =
-      m->opacity * color[3] * texture_channel(maps, alpha, uv) * texture_channel(maps, m->opacity_map, uv);
+      m->opacity * s->color[3] * texture_channel(maps, alpha, s) * texture_channel(maps, m->opacity_map, s);
   if (m->alpha_mode == SURFACE_MASK) return a >= m->alpha_cutoff ? 1 : 0;
   return clamp_f(a, 0, 1);
 }

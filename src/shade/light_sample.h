@@ -75,8 +75,8 @@ static inline float sphere_one_minus_cos(const Emitter *e, float distance2)
 static inline Vec3 emitter_texture(const Emitter *e, const TextureMap *maps, float u, float v)
 {
   if (e->map < 0) return v3_all(1);
-  const Vec2 uv[2] = {{u, v}, {u, v}};
-  return texture_color(maps, (TextureRef){e->map, 0}, uv);
+  const SurfacePoint s = {.uv = {{u, v}, {u, v}}};
+  return texture_color(maps, (TextureRef){e->map, 0}, &s);
 }
 
 // A point of a flat emitter, uniform by area, with its texture coordinates.

@@ -22,6 +22,7 @@ typedef struct SurfaceMaterial {
   bool is_double_sided, is_thin_walled;
   bool is_light;       // its emission is sampled as a light
   bool needs_filter;   // some hits on it do not count (alpha, back side)
+  bool has_maps;       // so its places want a footprint (geom/footprint.h)
   Vec3 color;          // base colour, albedo, reflectance or glass tint; for emission unused
   Vec3 emission;       // radiance before its texture; zero: none
   Vec3 specular_color;

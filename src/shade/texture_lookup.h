@@ -1,77 +1,207 @@
-// Looking up a texture: uv map, wrapping, filter, gain and bias. Hot: allocates nothing, touches no file, and any
-// uv at all (huge, infinite, NaN) gives some texel. No minification filter: the sampler's many rays per pixel do it.
+// Looking up a texture: uv map, wrapping, filters, gain and bias. Hot: allocates nothing, touches no file, and any
+// uv at all (huge, infinite, NaN) gives some texel.
+//
+// A lookup gives the mean over what the ray's cone covers. That is an ellipse in the texture; a few probes along its
+// longer axis, each as wide as the shorter, are averaged (McCormack et al., "Feline", SIGGRAPH 1999), each between two
+// mips of a picture or in closed form from a pattern (pattern.h). Where a texel is larger than the ellipse the picture
+// is looked up as it is, with one bilinear fetch.
 
 #ifndef RAYFOLD_SHADE_TEXTURE_LOOKUP_H
 #define RAYFOLD_SHADE_TEXTURE_LOOKUP_H
 
+#include "base/ray.h"
 #include "shade/material.h"
+#include "shade/pattern.h"
 #include "shade/texel.h"
 #include "shade/texture.h"
 
-// Folds a coordinate into 0..1.
-static inline float texture_fold(float s, TextureWrap wrap)
+// Longer ellipses are blurred across. A floor to the horizon: 4 probes are visibly soft, 16 cost half as much again for
+// what shows in no picture.
+enum { TEXTURE_MOST_PROBES = 8 };
+
+// --- what the cone covers -------------------------------------------------------------------------
+// A place in a texture (uv) and the ellipse around it, from end to end, in units of 1/scale of uv: `along` and
+// `across` are unit vectors.
+typedef struct TextureSpot {
+  Vec2 at, along, across;
+  float length, width; // 0: a point
+} TextureSpot;
+
+// What an axis on the surface is in the texture, in units of 1/scale.
+static inline Vec2 texture_axis(const TextureMap *t, const SurfacePoint *s, Vec3 axis, Vec2 scale)
 {
-  if (!isfinite(s)) return 0;
-  switch (wrap) {
-  case TEXTURE_REPEAT: return s - floorf(s);
-  case TEXTURE_CLAMP: return clamp_f(s, 0, 1);
-  case TEXTURE_MIRROR: {
-    const float t = s - 2 * floorf(s / 2);
-    return t > 1 ? 2 - t : t;
-  }
-  }
-  unreachable();
+  const float du = v3_dot(s->grad_u[t->texcoord & 1], axis), dv = v3_dot(s->grad_v[t->texcoord & 1], axis);
+  return (Vec2){scale.x * (t->uv_map[0][0] * du + t->uv_map[0][1] * dv),
+                scale.y * (t->uv_map[1][0] * du + t->uv_map[1][1] * dv)};
 }
 
-// Rows run from the top, v from the bottom.
-static inline Texel texture_texel(const TextureMap *t, float u, float v)
+// Two conjugate axes a and b make the ellipse of the matrix a a' + b b': its own axes are the eigenvectors.
+static inline void spot_ellipse(TextureSpot *spot, Vec2 a, Vec2 b)
 {
-  const Image *img = &t->image;
+  const float p = a.x * a.x + b.x * b.x, q = a.x * a.y + b.x * b.y, r = a.y * a.y + b.y * b.y;
+  const float mean = 0.5f * (p + r), half = 0.5f * (p - r), root = sqrtf(half * half + q * q), large = mean + root;
+  if (!(large > 0 && large < 1e30f)) return;
+  const Vec2 v = p > r ? (Vec2){half + root, q} : (Vec2){q, root - half};
+  const float norm = sqrtf(v.x * v.x + v.y * v.y);
+  spot->along = norm > 0 ? (Vec2){v.x / norm, v.y / norm} : (Vec2){1, 0};
+  spot->across = (Vec2){-spot->along.y, spot->along.x};
+  spot->length = sqrtf(large);
+  spot->width = fabsf(a.x * b.y - a.y * b.x) / spot->length; // the axes' product is the determinant
+}
+
+static inline Vec2 texture_at(const TextureMap *t, const SurfacePoint *s)
+{
+  const Vec2 uv = s->uv[t->texcoord & 1];
+  return (Vec2){t->uv_map[0][0] * uv.x + t->uv_map[0][1] * uv.y + t->uv_map[0][2],
+                t->uv_map[1][0] * uv.x + t->uv_map[1][1] * uv.y + t->uv_map[1][2]};
+}
+
+static inline TextureSpot texture_spot(const TextureMap *t, const SurfacePoint *s, Vec2 scale)
+{
+  TextureSpot spot = {.at = texture_at(t, s)};
+  if (t->minify != TEXTURE_UNFILTERED && !v3_is_zero(s->minor))
+    spot_ellipse(&spot, texture_axis(t, s, s->major, scale), texture_axis(t, s, s->minor, scale));
+  return spot;
+}
+
+// How many probes for an ellipse, and how wide they are; `least` is the width below which detail does not matter.
+static inline int spot_probes(TextureMinify minify, float length, float width, float least, float *probe_width)
+{
+  const float narrow = max_f(width, least), ratio = length / narrow;
+  const int count = minify == TEXTURE_TRILINEAR || !(ratio > 1) ? 1
+                    : ratio < TEXTURE_MOST_PROBES              ? (int)ceilf(ratio)
+                                                               : TEXTURE_MOST_PROBES;
+  *probe_width = max_f(narrow, length / (float)count);
+  return count;
+}
+
+// Where probe i of count lies along the ellipse, -1/2..1/2.
+static inline float probe_place(int i, int count) { return ((float)i + 0.5f) / (float)count - 0.5f; }
+
+// --- pictures -------------------------------------------------------------------------------------
+// Rows run from the top, v from the bottom.
+static inline Texel texture_texel(const TextureMap *t, const Image *img, float u, float v, bool is_nearest)
+{
   const float x = texture_fold(u, (TextureWrap)t->wrap_u), y = 1 - texture_fold(v, (TextureWrap)t->wrap_v);
-  if (t->is_nearest)
-    return texel_get(img, texel_nearest(x, img->width), texel_nearest(y, img->height), t->is_srgb);
+  if (is_nearest) return texel_get(img, texel_nearest(x, img->width), texel_nearest(y, img->height), t->is_srgb);
   return texel_bilinear(img, texel_span(x, img->width, t->wrap_u == TEXTURE_REPEAT),
                         texel_span(y, img->height, t->wrap_v == TEXTURE_REPEAT), t->is_srgb);
 }
 
-static inline Vec3 texture_checker(const TextureMap *t, float u, float v)
+static inline const Image *texture_level(const TextureMap *t, uint32_t level)
 {
-  const bool right = texture_fold(u, TEXTURE_REPEAT) >= 0.5f, upper = texture_fold(v, TEXTURE_REPEAT) >= 0.5f;
-  return v3_load(right == upper ? t->color_a : t->color_b);
+  return level == 0 ? &t->image : &t->levels[(level <= t->level_count ? level : t->level_count) - 1];
 }
 
-// The texture's linear rgba at a surface's two uv sets. A picture without pixels is white.
-static inline void texture_lookup(const TextureMap *t, const Vec2 uv[2], float rgba[4])
+// Between the two mips whose texels are just narrower and just wider than `width` texels (at least 1). The weight runs
+// evenly from one to the next, where a logarithm's would bend a little: it costs nothing and is the same everywhere.
+static inline Texel texture_between_mips(const TextureMap *t, float u, float v, float width)
 {
-  const Vec2 at = uv[t->texcoord & 1];
-  const float u = t->uv_map[0][0] * at.x + t->uv_map[0][1] * at.y + t->uv_map[0][2];
-  const float v = t->uv_map[1][0] * at.x + t->uv_map[1][1] * at.y + t->uv_map[1][2];
-  Texel texel = {v3_all(1), 1};
+  uint32_t bits;
+  memcpy(&bits, &width, 4);
+  const uint32_t level = (bits >> 23) - 127, rest = bits & 0x7fffff;
+  const Texel fine = texture_texel(t, texture_level(t, level), u, v, false);
+  if (rest == 0 || level >= t->level_count) return fine;
+  return texel_mix(fine, texture_texel(t, texture_level(t, level + 1), u, v, false), (float)rest * 0x1p-23f);
+}
+
+static inline Texel texture_picture(const TextureMap *t, const SurfacePoint *s)
+{
+  const Vec2 size = {(float)t->image.width, (float)t->image.height};
+  const TextureSpot spot = texture_spot(t, s, size);
+  if (!(spot.length > 1) || t->level_count == 0)
+    return texture_texel(t, &t->image, spot.at.x, spot.at.y, t->is_nearest);
+  float width;
+  const int count = spot_probes((TextureMinify)t->minify, spot.length, spot.width, 1, &width);
+  const Vec2 step = {spot.length * spot.along.x / size.x, spot.length * spot.along.y / size.y};
+  Texel sum = {v3_all(0), 0};
+  for (int i = 0; i < count; i++) {
+    const float k = probe_place(i, count);
+    const Texel texel = texture_between_mips(t, spot.at.x + k * step.x, spot.at.y + k * step.y, width);
+    sum.rgb += texel.rgb;
+    sum.alpha += texel.alpha;
+  }
+  return (Texel){sum.rgb / (float)count, sum.alpha / (float)count};
+}
+
+// --- patterns ---------------------------------------------------------------------------------------
+static inline float texture_flat_pattern(const TextureMap *t, Vec2 at, Vec2 width)
+{
   switch ((TextureMapKind)t->kind) {
-  case TEXTURE_MAP_CHECKER: texel.rgb = texture_checker(t, u, v); break;
-  case TEXTURE_MAP_IMAGE:
-    if (t->image.pixels) texel = texture_texel(t, u, v);
+  case TEXTURE_MAP_CHECKER: return pattern_checker(at, width);
+  case TEXTURE_MAP_GRADIENT: return pattern_gradient(t, at, width);
+  case TEXTURE_MAP_BRICK: return pattern_brick(t, at, width);
+  case TEXTURE_MAP_WAVE: return pattern_wave(at.x, width.x);
+  case TEXTURE_MAP_NOISE: return pattern_noise(t, v3(at.x, at.y, 0), max_f(width.x, width.y));
+  case TEXTURE_MAP_IMAGE: break;
+  }
+  return 0;
+}
+
+// A probe's width along u and v is that of the box with the same variance as its own two sides have there.
+static inline float texture_pattern(const TextureMap *t, const SurfacePoint *s)
+{
+  const TextureSpot spot = texture_spot(t, s, (Vec2){1, 1});
+  if (spot.length == 0) return texture_flat_pattern(t, spot.at, (Vec2){0, 0});
+  float width, sum = 0;
+  const int count = spot_probes((TextureMinify)t->minify, spot.length, spot.width, 0.05f, &width);
+  const float along = spot.length / (float)count, across = count == 1 ? spot.length : spot.width;
+  const Vec2 box = {sqrtf(sqr_f(along * spot.along.x) + sqr_f(across * spot.across.x)),
+                    sqrtf(sqr_f(along * spot.along.y) + sqr_f(across * spot.across.y))};
+  for (int i = 0; i < count; i++) {
+    const float k = spot.length * probe_place(i, count);
+    sum += texture_flat_pattern(t, (Vec2){spot.at.x + k * spot.along.x, spot.at.y + k * spot.along.y}, box);
+  }
+  return sum / (float)count;
+}
+
+// Noise in space: in the object's, so that it goes with the object, or in the world's.
+static inline float texture_solid(const TextureMap *t, const SurfacePoint *s)
+{
+  const bool is_object = t->space == TEXTURE_OBJECT;
+  const Vec3 p = is_object ? s->object_p : s->p;
+  if (t->minify == TEXTURE_UNFILTERED || v3_is_zero(s->minor)) return pattern_noise(t, p, 0);
+  const float scale = is_object ? s->object_scale : 1;
+  float width, sum = 0;
+  const int count = spot_probes((TextureMinify)t->minify, scale * v3_length(s->major), scale * v3_length(s->minor),
+                                0.25f / t->frequency, &width);
+  const Vec3 step = is_object ? s->object_major : s->major;
+  for (int i = 0; i < count; i++) sum += pattern_noise(t, p + probe_place(i, count) * step, width);
+  return sum / (float)count;
+}
+
+// --- whole lookups ------------------------------------------------------------------------------------
+// The texture's linear rgba at a place. A picture without pixels is white.
+static inline void texture_lookup(const TextureMap *t, const SurfacePoint *s, float rgba[4])
+{
+  Texel texel = {v3_all(1), 1};
+  if (t->kind != TEXTURE_MAP_IMAGE) {
+    const float part = t->kind == TEXTURE_MAP_NOISE && t->space != TEXTURE_UV ? texture_solid(t, s)
+                                                                              : texture_pattern(t, s);
+    texel.rgb = v3_mix(v3_load(t->color_a), v3_load(t->color_b), part);
+  } else {
+    if (t->image.pixels) texel = texture_picture(t, s);
     texel.rgb = texel.rgb * v3_load(t->gain) + v3_load(t->bias);
-    break;
+    texel.alpha *= t->alpha_gain;
   }
   v3_store(rgba, texel.rgb);
   rgba[3] = texel.alpha;
 }
 
 // What a reference gives to multiply a factor with: 1 where there is no texture.
-static inline Vec3 texture_color(const TextureMap *maps, TextureRef ref, const Vec2 uv[2])
+static inline Vec3 texture_color(const TextureMap *maps, TextureRef ref, const SurfacePoint *s)
 {
   if (ref.map < 0) return v3_all(1);
   float rgba[4];
-  texture_lookup(&maps[ref.map], uv, rgba);
+  texture_lookup(&maps[ref.map], s, rgba);
   return v3_load(rgba);
 }
 
-static inline float texture_channel(const TextureMap *maps, TextureRef ref, const Vec2 uv[2])
+static inline float texture_channel(const TextureMap *maps, TextureRef ref, const SurfacePoint *s)
 {
   if (ref.map < 0) return 1;
   float rgba[4];
-  texture_lookup(&maps[ref.map], uv, rgba);
+  texture_lookup(&maps[ref.map], s, rgba);
   return rgba[ref.channel & 3];
 }
 

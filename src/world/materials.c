@@ -45,6 +45,8 @@ static bool make_map(Prepare *p, const Scene *scene, const Texture *t, bool is_c
     m.wrap_u = (uint8_t)image->wrap_u;
     m.wrap_v = (uint8_t)image->wrap_v;
     m.is_nearest = image->filter == TEXEL_NEAREST;
+    m.minify = (uint8_t)image->minify;
+    m.alpha_gain = image->alpha_gain;
     m.is_srgb = image->encoding == ENCODING_SRGB || (image->encoding == ENCODING_AUTO && is_color);
     for (int i = 0; i < 3; i++) {
       m.gain[i] = image->gain[i];
@@ -61,7 +63,9 @@ static bool make_map(Prepare *p, const Scene *scene, const Texture *t, bool is_c
     }
     break;
   }
-  if (!array_push(&p->textures, m) || !array_push(&p->texture_parts, part)) return prepare_failed_memory(p);
+  const int32_t no_mips = -1;
+  if (!array_push(&p->textures, m) || !array_push(&p->texture_parts, part) || !array_push(&p->texture_mips, no_mips))
+    return prepare_failed_memory(p);
   *map = (int32_t)p->textures.count - 1;
   return true;
 }
@@ -69,20 +73,42 @@ static bool make_map(Prepare *p, const Scene *scene, const Texture *t, bool is_c
 int32_t prepare_texture(Prepare *p, Source *source, int32_t texture, bool is_color, bool *ok)
 {
   if (texture < 0 || (size_t)texture >= source->scene->textures.count || !*ok) return -1;
+  p->met_texture = true;
   int32_t *map = &(is_color ? source->color_maps : source->data_maps)[texture];
   if (*map < 0) *ok = make_map(p, source->scene, &source->scene->textures.items[texture], is_color, map);
   return *map;
 }
 
-void prepare_texture_pixels(Prepare *p)
+static bool add_mips(Prepare *p)
 {
-  for (size_t i = 0; i < p->textures.count; i++)
-    if (p->texture_parts.items[i] >= 0)
-      p->textures.items[i].image = p->parts->images.items[p->texture_parts.items[i]]->image;
+  for (size_t i = 0; i < p->textures.count; i++) {
+    TextureMap *t = &p->textures.items[i];
+    const int32_t image_i = p->texture_parts.items[i];
+    if (image_i < 0) continue;
+    t->image = p->parts->images.items[image_i]->image;
+    if (t->minify == TEXTURE_UNFILTERED || (t->image.width == 1 && t->image.height == 1)) continue;
+    const MipsMeaning meaning = {t->is_srgb, t->is_coverage};
+    p->texture_mips.items[i] = parts_add_mips(p->parts, p->previous, image_i, meaning);
+    if (p->texture_mips.items[i] < 0) return prepare_failed_memory(p);
+  }
+  return true;
+}
+
+bool prepare_texture_pixels(Prepare *p)
+{
+  if (!add_mips(p) || !parts_make_mips(p->parts, p->jobs, p->cancel, p->err)) return false;
+  for (size_t i = 0; i < p->textures.count; i++) {
+    if (p->texture_mips.items[i] < 0) continue;
+    const Mips *mips = &p->parts->mips.items[p->texture_mips.items[i]]->mips;
+    p->textures.items[i].levels = mips->levels;
+    p->textures.items[i].level_count = mips->count;
+  }
+  for (size_t i = 0; i < p->parts->mips.count; i++) p->world->texture_bytes += p->parts->mips.items[i]->mips.size;
   for (size_t i = 0; i < p->parts->images.count; i++) {
     const Image *img = &p->parts->images.items[i]->image;
     p->world->texture_bytes += (size_t)img->width * img->height * img->channels * pixel_size(img->type);
   }
+  return true;
 }
 
 // --- materials ------------------------------------------------------------------------------------
@@ -193,7 +219,12 @@ bool prepare_materials(Prepare *p, Source *source)
   source->material_base = (uint32_t)p->materials.count;
   for (size_t i = 0; i < source->scene->materials.count && ok; i++) {
     const Material *m = &source->scene->materials.items[i];
-    const SurfaceMaterial s = from_material(p, source, m, &ok);
+    p->met_texture = false;
+    SurfaceMaterial s = from_material(p, source, m, &ok);
+    s.has_maps = p->met_texture;
+    // Coverage weighs the colours it covers. A texture that others use as opaque loses nothing where alpha is 1.
+    if (ok && s.alpha_mode != SURFACE_OPAQUE && s.color_map.map >= 0)
+      p->textures.items[s.color_map.map].is_coverage = true;
     ok = ok && prepare_add_material(p, &s, m->name);
     if (!ok) err_where(p->err, "material \"%s\"", m->name);
   }

@@ -34,6 +34,7 @@ void parts_finish(WorldParts *p)
   table_finish(&p->meshes_alike);
   table_finish(&p->images_found);
   table_finish(&p->seen_found);
+  parts_finish_mips(p);
   mesh_data_release(p->unit_box);
   *p = (WorldParts){0};
 }

@@ -9,7 +9,7 @@
 #include "base/err.h"
 #include "base/jobs.h"
 #include "base/table.h"
-#include "image/image.h"
+#include "image/mips.h"
 #include "scene/scene.h"
 
 typedef struct MeshPart {
@@ -28,6 +28,15 @@ typedef struct ImagePart {
   float mean;           // mean luminance of its colour as linear light, for choosing lights; -1: not asked for yet
 } ImagePart;
 
+typedef struct MipsPart {
+  atomic_int users;
+  uint64_t key;        // of the picture and the meaning
+  int32_t image_i;     // while being made: in the images of the world that makes it
+  MipsMeaning meaning;
+  Mips mips;
+  bool is_made;        // never changes after
+} MipsPart;
+
 typedef struct SeenBytes { // of an embedded picture, so that thousands of textures of one do not hash it each
   const uint8_t *bytes;
   size_t size;
@@ -39,10 +48,12 @@ typedef struct WorldParts { // what a World's parts member points to
   ARRAY(MeshPart) meshes;
   ARRAY(ImagePart *) images;
   ARRAY(SeenBytes) seen;
+  ARRAY(MipsPart *) mips;
   Table meshes_found; // address of the data's origin -> mesh
   Table meshes_alike; // hash of counts and of some triangles -> mesh
   Table images_found; // key -> image
   Table seen_found;   // address of the bytes -> seen
+  Table mips_found;   // key -> mips
   MeshData *unit_box; // shared by all worlds of one line
 } WorldParts;
 
@@ -59,6 +70,13 @@ int32_t parts_add_image(WorldParts *p, const WorldParts *previous, const char *p
 // Builds or refits every tree and decodes every picture that is missing, on all threads. The error is that of the first
 // picture or mesh at fault, large meshes last, whichever thread met it.
 bool parts_make(WorldParts *p, Jobs *jobs, const Cancel *cancel, Err *err);
+
+// The index of the part for the mips of an image part; taken over from `previous` (may be NULL) if that has it. -1: no
+// memory.
+int32_t parts_add_mips(WorldParts *p, const WorldParts *previous, int32_t image_i, MipsMeaning meaning);
+// Makes those that are missing, on all threads; the pictures must be there.
+bool parts_make_mips(WorldParts *p, Jobs *jobs, const Cancel *cancel, Err *err);
+void parts_finish_mips(WorldParts *p);
 
 // Mean luminance of a picture, its integer values taken as sRGB or linear.
 float image_part_mean(ImagePart *part, bool is_srgb);

@@ -85,7 +85,7 @@ static bool run_steps(Prepare *p)
 {
   if (!prepare_sources(p, p->scene) || !prepare_sky(p) || !prepare_objects(p) || !add_default_material(p)) return false;
   if (!parts_make(p->parts, p->jobs, p->cancel, p->err)) return false;
-  prepare_texture_pixels(p);
+  if (!prepare_texture_pixels(p)) return false;
   set_filters(p);
   return prepare_emitters(p) && build_accel(p) && lay_down(p) && prepare_light_set(p);
 }
@@ -97,6 +97,7 @@ static void finish(Prepare *p)
   array_finish(&p->material_names);
   array_finish(&p->textures);
   array_finish(&p->texture_parts);
+  array_finish(&p->texture_mips);
   array_finish(&p->instances);
   array_finish(&p->shading);
   array_finish(&p->mesh_parts);

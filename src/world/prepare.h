@@ -30,12 +30,14 @@ typedef struct Prepare {
   ARRAY(const char *) material_names; // as many; copies in the world's arena, NULL: none
   ARRAY(TextureMap) textures;
   ARRAY(int32_t) texture_parts; // TextureMap -> image part, -1: none
+  ARRAY(int32_t) texture_mips;  // TextureMap -> mips part, -1: none
   ARRAY(Instance) instances;
   ARRAY(WorldInstance) shading;
   ARRAY(int32_t) mesh_parts;    // instance -> mesh part, -1: a shape
   ARRAY(Emitter) emitters;
   ARRAY(Sun) suns;
   int32_t sky_part;             // image part, -1
+  bool met_texture;             // by the material being prepared
 } Prepare;
 
 bool prepare_failed_memory(Prepare *p); // records "not enough memory" and returns false
@@ -43,7 +45,7 @@ bool prepare_failed_memory(Prepare *p); // records "not enough memory" and retur
 // Textures: the TextureMap of a scene's texture for colours (sRGB unless told otherwise) or for data; -1 for none.
 // Decoding comes later. *ok turns false on error.
 int32_t prepare_texture(Prepare *p, Source *source, int32_t texture, bool is_color, bool *ok);
-void prepare_texture_pixels(Prepare *p); // after parts_make: hands the maps their pixels
+bool prepare_texture_pixels(Prepare *p); // after parts_make: hands the maps their pixels and mips
 
 // Materials of one source, appended in order.
 bool prepare_materials(Prepare *p, Source *source);
