@@ -28,30 +28,6 @@ int film_sample_count(const rf_film *film)
   return count;
 }
 
-// The pairs are sorted and apart, so each cuts off or splits what is left of the range from below.
-static size_t subtract(Range r, int (*pairs)[2], size_t n, Range *out)
-{
-  size_t count = 0;
-  for (size_t i = 0; i < n && r.first < r.end; i++) {
-    if (pairs[i][1] <= r.first || pairs[i][0] >= r.end) continue;
-    if (pairs[i][0] > r.first) out[count++] = (Range){r.first, pairs[i][0]};
-    r.first = pairs[i][1];
-  }
-  if (r.first < r.end) out[count++] = r;
-  return count;
-}
-
-Range *film_missing(const rf_film *film, const Range *wanted, size_t wanted_count, size_t *count)
-{
-  int(*pairs)[2];
-  const size_t n = samples_of(film, &pairs);
-  Range *out = pairs ? malloc((wanted_count * (n + 1) + 1) * sizeof *out) : NULL;
-  *count = 0;
-  for (size_t i = 0; out && i < wanted_count; i++) *count += subtract(wanted[i], pairs, n, out + *count);
-  free(pairs);
-  return out;
-}
-
 // --- the file -------------------------------------------------------------------------------------
 int note_scene_length(const char *note)
 {

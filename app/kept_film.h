@@ -29,9 +29,7 @@ ExitCode kept_film_open(KeptFilm *k, rf_film **film, rf_engine *engine, rf_scene
 ExitCode kept_film_write(const KeptFilm *k, rf_engine *engine, const rf_film *film);
 void kept_film_finish(KeptFilm *k); // accepts zero
 
-// The wanted samples that the film lacks, as ranges the caller frees. NULL: no memory.
-Range *film_missing(const rf_film *film, const Range *wanted, size_t wanted_count, size_t *count);
-int film_sample_count(const rf_film *film);
+int film_sample_count(const rf_film *film); // the most that a pixel can have
 
 // "castle.json" of a note.
 int note_scene_length(const char *note);

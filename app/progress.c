@@ -87,7 +87,10 @@ static int print_words(char *out, size_t size, int room, const rf_progress *now,
     snprintf(words[2], sizeof words[2], "  %.0f/%.0f spp", floor(now->samples), samples_wanted);
   else
     snprintf(words[2], sizeof words[2], "  %.0f spp", floor(now->samples));
-  if (now->noise > 0) snprintf(words[3], sizeof words[3], "  noise %.2g%%", now->noise * 100);
+  if (now->noise > 0) {
+    const int n = snprintf(words[3], sizeof words[3], "  noise %.2g%%", now->noise * 100);
+    if (now->quiet > 0) snprintf(words[3] + n, sizeof words[3] - (size_t)n, "  tiles %.0f%%", floor(now->quiet * 100));
+  }
   if (now->seconds > 0)
     snprintf(words[4], sizeof words[4], "  %.1f Mrays/s", (double)now->rays / now->seconds / 1e6);
   int n = 0;

@@ -15,6 +15,7 @@
 #include "stats.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -50,8 +51,9 @@ static const Option render_options[] = {
      .low = 1e-9,
      .high = 1e9,
      .sentence =
-         "Stop after the pass in which the relative noise is down to X (0.01 is 1 %); without --spp, take as "
-         "many samples as that needs."},
+         "Each tile of 16x16 pixels stops when its relative noise and that of its neighbours are down to X (0.01 is "
+         "1 %), so dull tiles leave the time to those that need it; without --spp, take as many samples as that "
+         "needs. --aov samples shows where they went."},
     {.name = "camera",
      .kind = OPTION_TEXT,
      .argument = "NAME",
@@ -124,6 +126,12 @@ static const Option render_options[] = {
      .sentence =
          "Take only samples A to B - 1 of each pixel. Each range is rendered into a film of its own and "
          "merged; the same samples give the same picture in any division."},
+    {.name = "tiles",
+     .kind = OPTION_TEXT,
+     .argument = "A:B/N",
+     .initial = "0:1/1",
+     .sentence = "Only parts A to B - 1 of the picture cut into N of as many tiles, from the top: one machine renders "
+                 "0:1/3 --film a.rff, others 1:2/3 and 2:3/3, and `rayfold merge` puts them together. The rest is black."},
     OPTION_BITS,
     OPTION_QUALITY,
     {.name = "film",
@@ -160,9 +168,13 @@ typedef struct Render { // all that one run owns
   rf_render_def def;
   Range *ranges;
   size_t range_count;
+  Range part; // of the picture, of so many parts; 0: all of it
+  int parts;
   int samples_wanted; // over all ranges
   rf_progress before; // what earlier ranges brought, for the progress line
   double range_share; // of the whole, of the range being rendered
+  double left, later; // samples a pixel still to take of it, and of the ranges after it
+  bool is_complete;   // of the range rendered last, nothing is left
   bool is_stop_said;
   Stats stats;
 } Render;
@@ -240,6 +252,27 @@ static ExitCode read_range(const char *text, Range *out)
       b > INT32_MAX)
     return fail(EXIT_USAGE, "--samples %s: it is A:B, whole numbers with 0 <= A < B, as in 0:8", text);
   *out = (Range){(int)a, (int)b};
+  return EXIT_DONE;
+}
+
+static ExitCode read_tiles(Render *r)
+{
+  const char *text = args_text(r->args, "tiles");
+  char first[24] = "", end[24] = "";
+  long a, b, n;
+  if (!text) return EXIT_DONE;
+  const size_t colon = strcspn(text, ":"), slash = strcspn(text, "/");
+  if (text[colon] && text[slash] && colon < slash) {
+    snprintf(first, sizeof first, "%.*s", (int)(colon < 23 ? colon : 23), text);
+    snprintf(end, sizeof end, "%.*s", (int)(slash - colon - 1 < 23 ? slash - colon - 1 : 23), text + colon + 1);
+  }
+  if (!read_integer(first, &a) || !read_integer(end, &b) || !read_integer(text + slash + 1, &n) || a < 0 || b <= a ||
+      b > n || n > INT32_MAX)
+    return fail(EXIT_USAGE, "--tiles %s: it is A:B/N, whole numbers with 0 <= A < B <= N, as in 0:1/4", text);
+  if (args_has(r->args, "noise"))
+    return fail(EXIT_USAGE, "--noise needs the whole picture, as each tile is judged with its neighbours; leave out --tiles");
+  r->part = (Range){(int)a, (int)b};
+  r->parts = (int)n;
   return EXIT_DONE;
 }
 
@@ -327,6 +360,9 @@ static void plan_samples(Render *r)
   r->def = rf_scene_render_def(r->scene, &r->stats.width, &r->stats.height);
   r->def.budget_seconds = args_real(r->args, "time", 0);
   r->def.noise_target = args_real(r->args, "noise", 0);
+  r->def.part = r->part.first;
+  r->def.part_end = r->part.end;
+  r->def.parts = r->parts;
   if (!r->range_count) r->ranges[r->range_count++] = (Range){r->def.first_sample, r->def.end_sample};
   for (size_t i = 0; i < r->range_count; i++) r->samples_wanted += r->ranges[i].end - r->ranges[i].first;
 }
@@ -370,11 +406,12 @@ static rf_go on_progress(void *user, const rf_progress *p)
 {
   Render *r = user;
   rf_progress now = *p;
+  r->left = p->left;
   // Of a kept film each writing ends a call; only samples or seconds of all calls tell how far it is.
   const double time = args_real(r->args, "time", 0);
   now.done = !r->kept.path ? r->before.done + p->done * r->range_share
              : time > 0    ? (r->before.seconds + p->seconds) / time
-                           : (r->before.samples + p->samples) / r->samples_wanted;
+                           : (r->before.samples + p->samples) / (r->before.samples + p->samples + p->left + r->later);
   if (now.done > 1) now.done = 1;
   now.samples += r->before.samples;
   now.seconds += r->before.seconds;
@@ -412,54 +449,51 @@ static ExitCode render_range(Render *r, Range range, rf_film *film)
   if (status != RF_OK) return fail_library(r->engine);
   stats_add(&r->stats.rendered, &stats);
   r->before.done += r->range_share;
-  r->before.samples += stats.samples;
+  r->before.samples += stats.mean_samples;
+  r->is_complete = stats.is_complete;
   r->before.seconds += stats.seconds;
   r->before.rays += stats_rays(&stats);
   return EXIT_DONE;
+}
+
+static ExitCode render_first(Render *r)
+{
+  r->later -= r->ranges[0].end - r->ranges[0].first;
+  return render_range(r, r->ranges[0], r->film);
 }
 
 static ExitCode render_and_merge(Render *r, Range range)
 {
   rf_film *part = rf_film_create(r->engine, r->stats.width, r->stats.height, r->planes);
   if (!part) return fail_library(r->engine);
+  r->later -= range.end - range.first;
   ExitCode code = render_range(r, range, part);
   if (!code && !rf_film_merge(r->film, part)) code = fail_library(r->engine);
   rf_film_destroy(part);
   return code;
 }
 
-// One range of a kept film, from one writing to the next. *is_enough: time or noise say that it is.
-static ExitCode render_kept_range(Render *r, Range range, bool *is_enough)
+// One range of a kept film, from one writing to the next.
+static ExitCode render_kept_range(Render *r, Range range)
 {
+  r->later -= range.end - range.first;
   const double time = args_real(r->args, "time", 0);
-  while (range.first < range.end && !r->is_stop_said && !*is_enough) {
+  do {
     const double left = time > 0 ? time - r->before.seconds : KEPT_SECONDS;
-    const int taken = r->stats.rendered.samples;
-    const double start = r->before.seconds;
+    if (left <= 0) break;
     r->def.budget_seconds = left < KEPT_SECONDS ? left : KEPT_SECONDS;
     const ExitCode code = render_range(r, range, r->film);
     if (code) return code;
     // A disk that is full for a while must not end the render; only the last writing counts.
     r->kept_code = kept_film_write(&r->kept, r->engine, r->film);
-    range.first += r->stats.rendered.samples - taken;
-    const bool is_early = range.first < range.end && r->before.seconds - start < r->def.budget_seconds;
-    *is_enough = is_early || (time > 0 && r->before.seconds >= time);
-  }
+  } while (!r->is_complete && !r->is_stop_said);
   return EXIT_DONE;
 }
 
 static ExitCode render_kept(Render *r)
 {
-  size_t count;
-  bool is_enough = false;
-  Range *missing = film_missing(r->film, r->ranges, r->range_count, &count);
-  if (!missing) return fail(EXIT_INTERNAL, "not enough memory for the list of samples");
-  r->samples_wanted = 0;
-  for (size_t i = 0; i < count; i++) r->samples_wanted += missing[i].end - missing[i].first;
   ExitCode code = EXIT_DONE;
-  for (size_t i = 0; !code && !r->is_stop_said && !is_enough && i < count; i++)
-    code = render_kept_range(r, missing[i], &is_enough);
-  free(missing);
+  for (size_t i = 0; !code && !r->is_stop_said && i < r->range_count; i++) code = render_kept_range(r, r->ranges[i]);
   return code;
 }
 
@@ -485,7 +519,8 @@ static ExitCode render_all(Render *r)
   ExitCode code = open_film(r);
   if (code) return code;
   signals_defer();
-  code = r->kept.path ? render_kept(r) : render_range(r, r->ranges[0], r->film);
+  r->later = r->samples_wanted;
+  code = r->kept.path ? render_kept(r) : render_first(r);
   for (size_t i = 1; !r->kept.path && !code && !r->is_stop_said && i < r->range_count; i++)
     code = render_and_merge(r, r->ranges[i]);
   r->stats.render = r->before.seconds;
@@ -552,8 +587,14 @@ static void print_summary(const Render *r)
   if (r->is_quiet) return;
   pictures_list(r->args, stderr);
   if (r->kept.path) fprintf(stderr, "%s%s", args_has(r->args, "output") ? ", " : "", r->kept.path);
-  fprintf(stderr, ": %dx%d, %d spp, %.2f s, %.1f Mrays/s\n", s->width, s->height, s->rendered.samples,
-          s->render, s->render > 0 ? (double)stats_rays(&s->rendered) / s->render / 1e6 : 0.0);
+  fprintf(stderr, ": %dx%d, ", s->width, s->height);
+  if (!args_has(r->args, "noise"))
+    fprintf(stderr, "%d spp", s->rendered.samples);
+  else
+    fprintf(stderr, "%.1f spp on average, noise %.2g%%, %.0f%% of the tiles at %.2g%%", s->rendered.mean_samples,
+            100 * s->rendered.noise, floor(100 * s->rendered.quiet), 100 * args_real(r->args, "noise", 0));
+  fprintf(stderr, ", %.2f s, %.1f Mrays/s\n", s->render,
+          s->render > 0 ? (double)stats_rays(&s->rendered) / s->render / 1e6 : 0.0);
   if (s->rendered.bad_samples)
     fprintf(stderr, "note: %" PRIu64 " samples were not finite and count as black; please report the scene\n",
             s->rendered.bad_samples);
@@ -567,11 +608,11 @@ static ExitCode write_all(Render *r)
   if (!code) code = r->kept_code;
   if (code) return code;
   print_summary(r);
-  if (!r->is_stop_said || r->stats.rendered.samples >= r->samples_wanted) return EXIT_DONE;
+  if (!r->is_stop_said || (r->is_complete && r->later <= 0)) return EXIT_DONE;
   return fail(EXIT_STOPPED,
-              "stopped after %d of %d samples a pixel and saved these; for all of them run the same "
+              "stopped after %d of %.0f samples a pixel and saved these; for all of them run the same "
               "command again",
-              r->stats.rendered.samples, r->samples_wanted);
+              r->stats.rendered.samples, r->stats.rendered.samples + r->left + r->later);
 }
 
 // --- the whole -------------------------------------------------------------------------------------
@@ -602,6 +643,7 @@ static ExitCode run_render(const Args *args)
   Render r = {.args = args, .is_quiet = args_has(args, "quiet"), .stats = {.scene = args->operands[0]}};
   r.progress = progress_begin(r.is_quiet);
   ExitCode code = read_ranges(&r);
+  if (!code) code = read_tiles(&r);
   if (!code) code = read_planes(&r);
   if (!code) code = open_engine(&r);
   if (!code) code = check_outputs(&r);

@@ -20,6 +20,9 @@ void stats_add(rf_render_stats *sum, const rf_render_stats *more)
   sum->prims += more->prims;
   sum->bad_samples += more->bad_samples;
   sum->samples += more->samples;
+  sum->mean_samples += more->mean_samples;
+  sum->noise = more->noise;
+  sum->quiet = more->quiet;
 }
 
 uint64_t stats_rays(const rf_render_stats *r)
@@ -49,8 +52,9 @@ static void print_stats(FILE *out, const Stats *s)
   fprintf(out, "{\n  \"version\": \"%s\",\n  \"isa\": \"%s\",\n  \"threads\": %d,\n  \"scene\": ",
           program_version(version), s->isa, s->threads);
   json_print_text(out, s->scene);
-  fprintf(out, ",\n  \"size\": [%d, %d],\n  \"samples\": %d,\n  \"bad_samples\": %" PRIu64 ",\n", s->width,
-          s->height, r->samples, r->bad_samples);
+  fprintf(out, ",\n  \"size\": [%d, %d],\n  \"samples\": %d,\n  \"mean_samples\": %.3f,\n"
+          "  \"noise\": %.6f,\n  \"tiles_done\": %.4f,\n  \"bad_samples\": %" PRIu64 ",\n", s->width,
+          s->height, r->samples, r->mean_samples, r->noise, r->quiet, r->bad_samples);
   fprintf(out,
           "  \"seconds\": {\"load\": %.6f, \"prepare\": %.6f, \"render\": %.6f, \"denoise\": %.6f, "
           "\"write\": %.6f},\n",

@@ -48,7 +48,7 @@ hash_of() {
 small="--size 24x16 --spp 2 --quiet"
 
 # --- help, manual page, completion -----------------------------------------------------------------
-render_options="output size spp time noise camera seed integrator max-depth threads isa set aov no-effects denoise samples bits
+render_options="output size spp time noise camera seed integrator max-depth threads isa set aov no-effects denoise samples tiles bits
   quality film allow-outside cache stats quiet help"
 convert_options="exposure tone-curve bits quality allow-outside quiet help"
 expect 0 '' man
@@ -102,7 +102,7 @@ expect 64 'did you mean "render"' redner cornell.json
 expect 64 'help. lists' xyzzy
 expect 64 'rayfold render cornell.json -o' cornell.json
 expect 64 'did you mean "--size"' render cornell.json -o a.png --sise 8x8
-expect 64 'no option --tiles' render cornell.json -o a.png --tiles f
+expect 64 'no option --tile-size' render cornell.json -o a.png --tile-size f
 expect 64 'needs -o OUT or --film' merge a.rff
 expect 64 'no option -x' render cornell.json -x
 expect 64 'needs SCENE' render -o a.png
@@ -390,7 +390,8 @@ command -v python3 >/dev/null && { python3 -m json.tool stats.json >out 2>err ||
 same "$(ls | grep -c 'part$')" 0 "temporary files left"
 expect 0 '' render cornell.json -o timed.png --size 24x16 --time 0.3
 has ' [0-9]* spp, 0\.[3-9]' err
-expect 0 '' render cornell.json -o noisy.png --size 24x16 --noise 0.5 --time 5
+expect 0 'noise [0-9.]*%, 100% of the tiles at 50%' render cornell.json -o noisy.png --size 24x16 --noise 0.5 --stats stats.json
+has '"tiles_done": 1.0000' stats.json
 
 # --- trace: meshes and rays of the yardstick's formats, made by hand ---------------------------------
 bytes() { for byte; do printf "\\$(printf %o "0x$byte")"; done; }
@@ -592,6 +593,15 @@ expect 0 '' render $base --spp 16 -o whole.png --quiet
 cmp merged.png whole.png || failed "a merged film is developed otherwise than a rendered one"
 expect 0 '' merge both.rff -o hash --quiet
 same "$(cat out)" "$hash" "hash of a film that merge wrote"
+expect 0 '' render $base --spp 16 --tiles 1:3/3 --film lower.rff --quiet
+expect 0 '' render $base --spp 16 --tiles 0:1/3 --film upper.rff --quiet
+expect 0 ': 16 spp of 2 films' merge lower.rff upper.rff -o hash
+same "$(cat out)" "$hash" "hash of films of parts of the picture"
+expect 65 'lower.rff: samples 0 to 16 are in the film already (at pixel ' merge upper.rff lower.rff lower.rff -o hash
+expect 0 '' render $base --spp 16 --film upper.rff -o hash --quiet
+same "$(cat out)" "$hash" "hash of a film of a part that was gone on with"
+expect 64 '--tiles 2:1/3: it is A:B/N' render $base --tiles 2:1/3 --film x.rff
+expect 64 'leave out --tiles' render $base --tiles 0:1/3 --noise 0.1 --film x.rff
 expect 65 'b.rff: samples 7 to 16 are in the film already' merge a.rff b.rff b.rff -o hash
 expect 0 '' render $base --set materials.red.albedo='[0.1,0.1,0.1]' --spp 2 --film other.rff --quiet
 expect 65 'a.rff and other.rff are of different pictures' merge a.rff other.rff -o hash
@@ -621,7 +631,7 @@ stop() { # signal, second signal or "", size; the exit code is in rc, what was s
   "$rayfold" render cornell.json -o stopped.pfm --size "$3" --spp 524288 >out 2>err &
   pid=$!
   i=0
-  until grep -q progress err || [ $i -ge 50 ]; do
+  until grep -q progress err || [ $i -ge 300 ]; do
     sleep 0.1
     i=$((i + 1))
   done

@@ -138,7 +138,7 @@ TEST(damage_is_refused)
   for (size_t at = 0; at < file.size; at++) {
     memcpy(copy, file.data, file.size);
     copy[at] ^= (unsigned char)(1u << at % 8);
-    const bool is_padding = at >= 56 + 2 * 8 + 4 && at < 56 + 2 * 8 + 8; // behind the note, and of no meaning
+    const bool is_padding = at >= 56 + 2 * 12 + 4 && at < 56 + 2 * 12 + 8; // behind the note, and of no meaning
     CHECK(read_kind(bytes_at("flip.rff", copy, file.size), NULL) == (is_padding ? ERR_NONE : ERR_BAD_SCENE));
   }
   memcpy(copy, file.data, file.size);

@@ -242,13 +242,16 @@ typedef struct rf_progress {
   double done;           // 0..1
   double seconds, eta;   // since the start; still to go
   double samples;        // a pixel, so far in this call
-  double noise;          // relative standard error of the picture, median over pixels; 0 while unknown
+  double left;           // samples a pixel still to take; with a noise target, an estimate
+  double noise;          // relative standard error of the picture, root mean square over tiles; 0 while unknown
+  double quiet;          // the part of the tiles that are down to the noise target; 0 without one
   uint64_t rays;
 } rf_progress;
 
 typedef struct rf_render_def {
   const char *integrator;       // "path", or a view: "normal", "depth", "albedo", "uv", "id", "bary", "cost"
-  int first_sample, end_sample; // samples of each pixel in this call: [first, end)
+  int first_sample, end_sample; // samples of each pixel in this call: [first, end); those the film has are left out
+  int part, part_end, parts;    // only parts [part, part_end) of the picture cut into so many; parts 0: all of it
   int max_depth, roulette_depth;
   uint64_t seed;                // same seed, same picture, on any number of threads
   const char *filter;           // "box", "blackman_harris", "gaussian"
@@ -256,7 +259,8 @@ typedef struct rf_render_def {
   float clamp;                  // 0: off
   bool transparent;             // sky has alpha 0
   double budget_seconds;        // stop after the pass in which this is reached; 0: take all samples
-  double noise_target;          // stop after the pass in which the noise is this low; 0: take all samples
+  double noise_target;          // a tile (16 x 16 pixels) stops when its noise and that of the tiles around it are this
+                                // low, so tiles differ in their samples; needs RF_VARIANCE; 0: take all samples
   rf_go (*progress)(void *user, const rf_progress *p); // about ten times a second, on the calling thread; may be NULL
   void *user;
   uint32_t magic;
@@ -267,7 +271,10 @@ typedef struct rf_render_stats {
   uint64_t camera_rays, bounce_rays, shadow_rays; // traced
   uint64_t nodes, prims;                          // tested
   uint64_t bad_samples;                           // not finite, counted as black; should be 0
-  int samples;                                    // taken of each pixel
+  int samples;                                    // the most that any pixel got
+  double mean_samples;                            // a pixel
+  double noise, quiet;                            // at the end, as in rf_progress
+  bool is_complete;                               // nothing is left to take: all samples are in, or the noise is reached
 } rf_render_stats;
 
 RF_API rf_render_def rf_default_render_def(void);
@@ -291,8 +298,8 @@ typedef struct rf_film_label {
 } rf_film_label;
 
 RF_API rf_film *rf_film_open(rf_engine *e, const char *path, rf_film_label *label); // label may be NULL
-// Which samples are in it, as pairs [first, end) in their order. Returns how many pairs there are; up to `most` of them
-// are written.
+// Which samples some pixel has, as pairs [first, end) in their order. Returns how many pairs there are; up to `most` of
+// them are written. Not all pixels have them if only parts were rendered or there was a noise target.
 RF_API size_t rf_film_samples(const rf_film *f, int (*pairs)[2], size_t most);
 RF_API unsigned rf_film_planes(const rf_film *f);
 

@@ -148,6 +148,9 @@ static bool settings_from(const rf_render_def *def, RenderSettings *out)
                             def->max_depth, def->roulette_depth, most);
   if (!(def->clamp >= 0) || !(def->filter_width >= 0) || def->filter_width > 16)
     return api_bad_argument(function, "clamp must not be negative, and filter_width between 0 and 16");
+  if (def->parts < 0 || (def->parts > 0 && (def->part < 0 || def->part_end <= def->part || def->part_end > def->parts)))
+    return api_bad_argument(function, "parts %d to %d of %d: they must rise and lie within 0 and %d", def->part,
+                            def->part_end, def->parts, def->parts);
   out->max_depth = def->max_depth;
   out->roulette_depth = def->roulette_depth;
   out->filter_width = def->filter_width;
@@ -165,7 +168,7 @@ static RenderGo pass_on(void *user, const RenderProgress *p)
 {
   const ProgressLink *link = user;
   const rf_progress out = {.done = p->done, .seconds = p->seconds, .eta = p->eta, .samples = p->samples,
-                           .noise = p->noise, .rays = p->rays};
+                           .left = p->left, .noise = p->noise, .quiet = p->quiet, .rays = p->rays};
   return (RenderGo)link->progress(link->user, &out);
 }
 
@@ -182,6 +185,7 @@ rf_status rf_render(const rf_world *w, const rf_eye *eye, const rf_render_def *d
   ProgressLink link = {def->progress, def->user};
   RenderJob job = {.world = w->world, .eye = api_eye(eye), .settings = settings, .seed = def->seed, .film = f->film,
                    .first_sample = (uint32_t)def->first_sample, .end_sample = (uint32_t)def->end_sample,
+                   .part = (uint32_t)def->part, .part_end = (uint32_t)def->part_end, .parts = (uint32_t)def->parts,
                    .budget_seconds = def->budget_seconds, .noise_target = def->noise_target,
                    .progress = def->progress ? pass_on : NULL, .user = &link};
   RenderStats taken = {0};
@@ -191,7 +195,8 @@ rf_status rf_render(const rf_world *w, const rf_eye *eye, const rf_render_def *d
     *stats = (rf_render_stats){.seconds = taken.seconds, .camera_rays = taken.rays.camera_rays,
                                .bounce_rays = taken.rays.bounce_rays, .shadow_rays = taken.rays.shadow_rays,
                                .nodes = taken.rays.nodes, .prims = taken.rays.prims, .bad_samples = taken.bad_samples,
-                               .samples = (int)taken.samples};
+                               .samples = (int)taken.samples, .mean_samples = taken.mean_samples,
+                               .noise = taken.noise, .quiet = taken.quiet, .is_complete = taken.is_complete};
   const rf_status status = (rf_status)err.kind;
   api_fail(&err);
   return status;

@@ -89,14 +89,32 @@ rf_film *rf_film_open(rf_engine *e, const char *path, rf_film_label *out)
   return f;
 }
 
+// The lowest sample that some cell has in [from, ...), with the end of what is joined to it; first == end: none.
+static CellRange next_samples(const Film *f, uint32_t from)
+{
+  CellRange found = {0, UINT32_MAX, UINT32_MAX};
+  for (size_t i = 0; i < f->ranges.count; i++) {
+    const CellRange r = f->ranges.items[i];
+    const uint32_t first = r.first > from ? r.first : from;
+    if (r.end > from && (first < found.first || (first == found.first && r.end > found.end))) found = (CellRange){0, first, r.end};
+  }
+  return found;
+}
+
 size_t rf_film_samples(const rf_film *f, int (*pairs)[2], size_t most)
 {
+  size_t n = 0;
+  int end = -1;
   if (!f) return api_bad_argument("rf_film_samples", "the film is NULL"), 0;
-  for (size_t i = 0; pairs && i < f->film->ranges.count && i < most; i++) {
-    pairs[i][0] = (int)f->film->ranges.items[i].first;
-    pairs[i][1] = (int)f->film->ranges.items[i].end;
+  for (CellRange r = next_samples(f->film, 0); r.first < r.end; r = next_samples(f->film, r.end)) {
+    const bool is_joined = n && (int)r.first == end;
+    n += !is_joined;
+    end = (int)r.end;
+    if (!pairs || n > most) continue;
+    if (!is_joined) pairs[n - 1][0] = (int)r.first;
+    pairs[n - 1][1] = end;
   }
-  return f->film->ranges.count;
+  return n;
 }
 
 unsigned rf_film_planes(const rf_film *f)

@@ -105,60 +105,106 @@ void film_clear(Film *f)
 
 // --- which samples are in -----------------------------------------------------------------------
 
-static uint32_t claimed_count(const Film *f)
+static uint32_t cells_along(uint32_t pixels)
 {
-  uint32_t n = 0;
-  for (size_t i = 0; i < f->ranges.count; i++) n += f->ranges.items[i].end - f->ranges.items[i].first;
-  return n;
+  return (pixels + FILM_CELL - 1) / FILM_CELL;
+}
+
+uint32_t film_columns(const Film *f)
+{
+  return cells_along(f->width);
+}
+
+uint32_t film_cells(const Film *f)
+{
+  return cells_along(f->width) * cells_along(f->height);
+}
+
+CellBox film_cell_box(const Film *f, uint32_t cell)
+{
+  const uint32_t x = cell % film_columns(f) * FILM_CELL, y = cell / film_columns(f) * FILM_CELL;
+  const uint32_t x1 = x + FILM_CELL, y1 = y + FILM_CELL;
+  return (CellBox){x, y, x1 < f->width ? x1 : f->width, y1 < f->height ? y1 : f->height};
+}
+
+static bool is_before(const CellRange *a, const CellRange *b)
+{
+  return a->cell != b->cell ? a->cell < b->cell : a->end <= b->first;
 }
 
 // False, with the reason, unless the samples may be added to f.
-static bool check_claim(const Film *f, SampleRange r, Err *err)
+static bool check_apart(const Film *f, const CellRange *more, size_t count, Err *err)
 {
-  for (size_t i = 0; i < f->ranges.count; i++) {
-    const SampleRange have = f->ranges.items[i];
-    if (r.first < have.end && have.first < r.end) {
+  for (size_t i = 0, k = 0; i < f->ranges.count && k < count;) {
+    const CellRange *have = &f->ranges.items[i], *add = &more[k];
+    if (is_before(have, add))
+      i++;
+    else if (is_before(add, have))
+      k++;
+    else {
+      const CellBox box = film_cell_box(f, add->cell);
       return err_set(err, ERR_BAD_ARGUMENT,
-                     "samples %u to %u are in the film already (it has %u to %u); render or merge others",
-                     r.first, r.end, have.first, have.end);
+                     "samples %u to %u are in the film already (at pixel %u, %u it has %u to %u); render or merge others",
+                     add->first, add->end, box.x0, box.y0, have->first, have->end);
     }
   }
   return true;
 }
 
-// Inserts in order and joins neighbours; room for one more has been made.
-static void insert_range(Film *f, SampleRange r)
+// Both lists in order, neighbours joined. The lists are known to be apart.
+static size_t join_ranges(const CellRange *a, size_t a_count, const CellRange *b, size_t b_count, CellRange *out)
 {
-  SampleRange *a = f->ranges.items;
-  size_t i = f->ranges.count++;
-  for (; i > 0 && a[i - 1].first > r.first; i--) a[i] = a[i - 1];
-  a[i] = r;
-  size_t kept = 0;
-  for (size_t k = 1; k < f->ranges.count; k++) {
-    if (a[k].first == a[kept].end)
-      a[kept].end = a[k].end;
+  size_t n = 0;
+  for (size_t i = 0, k = 0; i < a_count || k < b_count;) {
+    const CellRange r = k == b_count || (i < a_count && is_before(&a[i], &b[k])) ? a[i++] : b[k++];
+    if (n && out[n - 1].cell == r.cell && out[n - 1].end == r.first)
+      out[n - 1].end = r.end;
     else
-      a[++kept] = a[k];
+      out[n++] = r;
   }
-  f->ranges.count = kept + 1;
+  return n;
 }
 
-static bool check_total(const Film *f, uint64_t more, Err *err)
+static bool check_totals(const CellRange *ranges, size_t count, Err *err)
 {
-  if (claimed_count(f) + more <= FILM_MOST_SAMPLES) return true;
-  return err_set(err, ERR_BAD_ARGUMENT, "a film holds at most %d samples a pixel", FILM_MOST_SAMPLES);
+  uint64_t total = 0;
+  for (size_t i = 0; i < count; i++) {
+    if (i && ranges[i].cell != ranges[i - 1].cell) total = 0;
+    total += ranges[i].end - ranges[i].first;
+    if (total > FILM_MOST_SAMPLES)
+      return err_set(err, ERR_BAD_ARGUMENT, "a film holds at most %d samples a pixel", FILM_MOST_SAMPLES);
+  }
+  return true;
+}
+
+bool film_claim_cells(Film *f, const CellRange *ranges, size_t count, Err *err)
+{
+  const size_t most = f->ranges.count + count;
+  if (!check_apart(f, ranges, count, err)) return false;
+  CellRange *joined = mem_alloc(most, sizeof *joined);
+  if (!joined) return err_memory(err, "the list of samples", most * sizeof *joined);
+  const size_t n = join_ranges(f->ranges.items, f->ranges.count, ranges, count, joined);
+  if (!check_totals(joined, n, err)) {
+    mem_free(joined);
+    return false;
+  }
+  array_finish(&f->ranges);
+  f->ranges.items = joined;
+  f->ranges.count = n;
+  f->ranges.capacity = most;
+  return true;
 }
 
 bool film_claim(Film *f, uint32_t first, uint32_t end, Err *err)
 {
   if (first >= end) return err_set(err, ERR_BAD_ARGUMENT, "samples %u to %u are none", first, end);
-  const SampleRange r = {first, end};
-  if (!check_claim(f, r, err) || !check_total(f, end - first, err)) return false;
-  if (!array_reserve(&f->ranges, f->ranges.count + 1)) {
-    return err_memory(err, "the list of samples", sizeof(SampleRange));
-  }
-  insert_range(f, r);
-  return true;
+  const uint32_t cells = film_cells(f);
+  CellRange *all = mem_alloc(cells, sizeof *all);
+  if (!all) return err_memory(err, "the list of samples", cells * sizeof *all);
+  for (uint32_t i = 0; i < cells; i++) all[i] = (CellRange){i, first, end};
+  const bool ok = film_claim_cells(f, all, cells, err);
+  mem_free(all);
+  return ok;
 }
 
 bool film_merge(Film *dst, const Film *src, Err *err)
@@ -169,14 +215,7 @@ bool film_merge(Film *dst, const Film *src, Err *err)
         "films of %u x %u and %u x %u pixels with planes %#x and %#x cannot be merged; they must be alike",
         dst->width, dst->height, src->width, src->height, dst->planes, src->planes);
   }
-  for (size_t i = 0; i < src->ranges.count; i++) {
-    if (!check_claim(dst, src->ranges.items[i], err)) return false;
-  }
-  if (!check_total(dst, claimed_count(src), err)) return false;
-  if (!array_reserve(&dst->ranges, dst->ranges.count + src->ranges.count)) {
-    return err_memory(err, "the list of samples", src->ranges.count * sizeof(SampleRange));
-  }
-  for (size_t i = 0; i < src->ranges.count; i++) insert_range(dst, src->ranges.items[i]);
+  if (!film_claim_cells(dst, src->ranges.items, src->ranges.count, err)) return false;
   dst->is_partial |= src->is_partial;
 
   const size_t n = pixel_count(dst);
@@ -258,25 +297,55 @@ bool film_resolve(const Film *f, FilmPlane plane, float *out)
   return true;
 }
 
-double film_noise(const Film *f)
+// Sums over the pixels of a cell that have samples.
+typedef struct CellNoise {
+  double light, variance;
+  size_t pixels;
+} CellNoise;
+
+static CellNoise cell_noise(const Film *f, uint32_t cell)
 {
-  enum { STEPS = 8, LOW = -24, BINS = 32 * STEPS }; // an eighth of an octave a bin, from 2^-24
-  if (!f->moments) return 0;
-  size_t bins[BINS] = {0}, total = 0;
+  const CellBox b = film_cell_box(f, cell);
+  CellNoise c = {0};
+  for (uint32_t y = b.y0; y < b.y1; y++)
+    for (size_t i = (size_t)y * f->width + b.x0; i < (size_t)y * f->width + b.x1; i++) {
+      if (!f->count[i]) continue;
+      c.light += (double)f->moments[i].sum * 0x1p-28 / f->count[i];
+      c.variance += variance_of(&f->moments[i], f->count[i]);
+      c.pixels++;
+    }
+  return c;
+}
+
+static double mean_light(const Film *f)
+{
+  double light = 0;
+  size_t pixels = 0;
   for (size_t i = 0; i < pixel_count(f); i++) {
-    if (f->count[i] < 2 || f->moments[i].sum <= 0) continue;
-    const double mean = (double)f->moments[i].sum * 0x1p-28 / f->count[i];
-    const double error = sqrt(variance_of(&f->moments[i], f->count[i])) / mean;
-    const double bin = error > 0 ? (log2(error) - LOW) * STEPS : 0;
-    bins[bin < 0 ? 0 : bin >= BINS ? BINS - 1 : (size_t)bin]++;
-    total++;
+    if (!f->count[i]) continue;
+    light += (double)f->moments[i].sum * 0x1p-28 / f->count[i];
+    pixels++;
   }
-  size_t below = 0;
-  for (int b = 0; b < BINS && total; b++) {
-    below += bins[b];
-    if (2 * below >= total) return b ? exp2((b + 0.5) / STEPS + LOW) : 0;
+  return pixels ? light / (double)pixels : 0;
+}
+
+double film_noise(const Film *f, float *noise)
+{
+  const uint32_t cells = film_cells(f);
+  double squares = 0;
+  size_t counted = 0;
+  if (!f->moments) return 0;
+  const double picture = mean_light(f);
+  for (uint32_t i = 0; i < cells; i++) {
+    const CellNoise c = cell_noise(f, i);
+    const double n = c.pixels ? (double)c.pixels : 1, light = c.light / n;
+    const double measure = light >= picture ? light : light > 0 ? sqrt(light * picture) : 0;
+    const double found = measure > 0 ? sqrt(c.variance / n) / measure : 0;
+    if (noise) noise[i] = (float)found;
+    squares += found * found;
+    counted += c.pixels > 0;
   }
-  return 0;
+  return counted ? sqrt(squares / (double)counted) : 0;
 }
 
 uint64_t film_hash(const Film *f)

@@ -8,6 +8,8 @@
 //   first     uint64 a pixel of the id planes: sample number << 32 | id, the lowest number wins
 //   moments   of the variance: sum of fixed-point luminances and of their squares, exact in 128 bits
 //
+// Which samples are in is known by cells of 16 x 16 pixels, so that each part of a picture may have samples of its own.
+//
 // One thread writes one tile; whoever reads waits for the end of a pass. It knows nothing of filters: a sample belongs
 // to one pixel (filter.h puts it there), so all weights are 1.
 
@@ -34,7 +36,7 @@ typedef enum FilmPlane { // the order of rf_plane's bits
   FILM_PLANE_COUNT,
 } FilmPlane;
 
-enum { FILM_MOST_SIDE = 32768, FILM_MOST_SAMPLES = 1 << 19 };
+enum { FILM_MOST_SIDE = 32768, FILM_MOST_SAMPLES = 1 << 19, FILM_CELL = 16 };
 // The largest float below 2^16: 2^19 of 2^16 would be one too many for 63 bits.
 #define FILM_LIMIT 0x1.fffffep15f
 
@@ -46,9 +48,14 @@ typedef struct FilmMoments {
   int64_t sum;               // unit 2^-28
 } FilmMoments;
 
-typedef struct SampleRange {
-  uint32_t first, end; // [first, end)
-} SampleRange;
+typedef struct CellRange {
+  uint32_t cell;       // numbered row by row
+  uint32_t first, end; // samples [first, end) of each of its pixels
+} CellRange;
+
+typedef struct CellBox {
+  uint32_t x0, y0, x1, y1; // pixels [x0, x1) x [y0, y1)
+} CellBox;
 
 typedef struct Film {
   uint32_t width, height;
@@ -59,7 +66,7 @@ typedef struct Film {
   int64_t *position;           // 4 channels: sums, hits
   uint64_t *object, *material; // UINT64_MAX: no sample yet
   FilmMoments *moments;
-  ARRAY(SampleRange) ranges; // samples claimed so far, sorted, apart from each other
+  ARRAY(CellRange) ranges;   // samples claimed so far, sorted by cell and first, apart from each other
   bool is_partial;           // a pass was broken off: some pixels lack some of the claimed samples
 } Film;
 
@@ -90,20 +97,29 @@ Film *film_create(uint32_t width, uint32_t height, uint32_t planes, Err *err);
 void film_destroy(Film *f); // accepts NULL
 void film_clear(Film *f);
 
-// Notes that the samples [first, end) of every pixel are about to be added; fails if some of them are in already or
-// there would be too many.
-bool film_claim(Film *f, uint32_t first, uint32_t end, Err *err);
+// Notes that these samples are about to be added; fails if some of them are in already or there would be too many, and
+// then changes nothing. The ranges are sorted as the film's are.
+bool film_claim_cells(Film *f, const CellRange *ranges, size_t count, Err *err);
+bool film_claim(Film *f, uint32_t first, uint32_t end, Err *err); // of every cell
 
-// Adds the samples of src. Both must have the same size and planes and no sample in common; on failure dst is
-// unchanged.
+uint32_t film_columns(const Film *f); // of cells
+uint32_t film_cells(const Film *f);
+CellBox film_cell_box(const Film *f, uint32_t cell);
+
+// Adds the samples of src. Both must have the same size and planes and no sample of a pixel in common; on failure dst
+// is unchanged.
 bool film_merge(Film *dst, const Film *src, Err *err);
 
 // The plane as floats, rows from the top, strlen(film_plane_channels[plane]) values a pixel. False: not in this film.
 bool film_resolve(const Film *f, FilmPlane plane, float *out);
 
-// Relative standard error of the mean luminance, its median over the pixels that are not black; 0 without the
-// variance plane or with less than two samples.
-double film_noise(const Film *f);
+// The noise of each cell into noise[film_cells()], and as result that of the picture, their root mean square: the
+// standard error of its pixels' mean luminances (root mean square) over the cell's mean luminance. A cell that is darker
+// than the picture is measured by the geometric mean of both: the eye sees noise in the dark less, and what is black
+// needs no samples for ever (Dammertz et al., "A Hierarchical Automatic Stopping Condition for Monte Carlo Global
+// Illumination", 2010, divide by the root of the luminance). Pixels without a sample do not count. 0 without the
+// variance plane. noise may be NULL.
+double film_noise(const Film *f, float *noise);
 
 // A hash of the size and of every sum: equal films, equal hashes.
 uint64_t film_hash(const Film *f);

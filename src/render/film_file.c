@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #define FILM_MAGIC "RFFILM\r\n" // a transfer as text would show
-enum { FILM_VERSION = 1 };
+enum { FILM_VERSION = 2 };
 
 typedef struct FilmHead {
   char magic[8];
@@ -60,7 +60,7 @@ static uint64_t hash_of(const FilmHead *head, const FilmParts *p)
   FilmHead bare = *head;
   bare.hash = 0;
   uint64_t h = hash_bulk(0, &bare, sizeof bare);
-  h = hash_bulk(h, p->ranges, head->range_count * sizeof(SampleRange));
+  h = hash_bulk(h, p->ranges, head->range_count * sizeof(CellRange));
   h = hash_bulk(h, p->note, (size_t)head->note_size);
   for (int i = 0; i < FILM_ARRAY_COUNT; i++) h = hash_bulk(h, p->arrays[i], p->array_size[i]);
   return h;
@@ -84,7 +84,7 @@ static bool check_head(const FilmHead *h, size_t size, const char *path, Err *er
   size_t bytes;
   if (h->planes >> FILM_PLANE_COUNT || !(h->planes >> FILM_BEAUTY & 1) ||
       !(h->planes >> FILM_SAMPLES & 1) || h->note_size > FILM_MOST_NOTE ||
-      h->range_count > FILM_MOST_SAMPLES || !film_bytes(h->width, h->height, h->planes, &bytes))
+      !film_bytes(h->width, h->height, h->planes, &bytes))
     return fail_damaged(path, err);
   return true;
 }
@@ -96,13 +96,13 @@ static bool find_parts(const FileBytes *file, FilmHead *head, FilmParts *p, cons
   memcpy(head, file->data, file->size < sizeof *head ? file->size : sizeof *head);
   if (!check_head(head, file->size, path, err)) return false;
   *p = parts_by_head(head);
-  size_t at = sizeof *head + head->range_count * sizeof(SampleRange) + padded((size_t)head->note_size);
+  size_t at = sizeof *head + padded(head->range_count * sizeof(CellRange)) + padded((size_t)head->note_size);
   size_t size = at;
   for (int i = 0; i < FILM_ARRAY_COUNT; i++)
     if (!size_add(size, p->array_size[i], &size)) return fail_damaged(path, err);
   if (size != file->size) return fail_damaged(path, err);
   p->ranges = file->data + sizeof *head;
-  p->note = file->data + sizeof *head + head->range_count * sizeof(SampleRange);
+  p->note = file->data + sizeof *head + padded(head->range_count * sizeof(CellRange));
   for (int i = 0; i < FILM_ARRAY_COUNT; at += p->array_size[i++]) p->arrays[i] = file->data + at;
   return hash_of(head, p) == head->hash || fail_damaged(path, err);
 }
@@ -110,14 +110,19 @@ static bool find_parts(const FileBytes *file, FilmHead *head, FilmParts *p, cons
 // Sorted and apart, so that one look at each is enough.
 static bool read_ranges(Film *f, const FilmParts *p, uint32_t count, const char *path, Err *err)
 {
-  uint32_t last = 0, total = 0;
-  if (!array_reserve(&f->ranges, count)) return err_memory(err, "a film", count * sizeof(SampleRange));
+  const uint32_t cells = film_cells(f);
+  CellRange last = {0};
+  uint32_t total = 0;
+  if (!array_reserve(&f->ranges, count)) return err_memory(err, "a film", count * sizeof(CellRange));
   for (uint32_t i = 0; i < count; i++) {
-    SampleRange r;
+    CellRange r;
     memcpy(&r, (const char *)p->ranges + i * sizeof r, sizeof r);
-    if (r.first >= r.end || (i && r.first <= last) || r.end - r.first > FILM_MOST_SAMPLES - total)
+    const bool is_same = i && r.cell == last.cell;
+    if (!is_same) total = 0;
+    if (r.cell >= cells || (i && r.cell < last.cell) || r.first >= r.end || (is_same && r.first <= last.end) ||
+        r.end - r.first > FILM_MOST_SAMPLES - total)
       return fail_damaged(path, err);
-    last = r.end;
+    last = r;
     total += r.end - r.first;
     f->ranges.items[f->ranges.count++] = r;
   }
@@ -182,9 +187,9 @@ Film *film_read(const char *path, FilmLabel *label, bool *is_older, Err *err)
 static bool write_parts(FileOut *out, const FilmHead *head, const FilmParts *p, Err *err)
 {
   static const char zeros[8] = {0};
-  const size_t size = (size_t)head->note_size;
+  const size_t size = (size_t)head->note_size, ranges = head->range_count * sizeof(CellRange);
   bool ok = file_write(out, head, sizeof *head, err) &&
-            file_write(out, p->ranges, head->range_count * sizeof(SampleRange), err) &&
+            file_write(out, p->ranges, ranges, err) && file_write(out, zeros, padded(ranges) - ranges, err) &&
             file_write(out, p->note, size, err) && file_write(out, zeros, padded(size) - size, err);
   for (int i = 0; i < FILM_ARRAY_COUNT && ok; i++) ok = file_write(out, p->arrays[i], p->array_size[i], err);
   return ok;

@@ -2,7 +2,9 @@
 // machines can be put together. All numbers are little-endian; a film's sums are integers, so what comes back is
 // what went in.
 //
-//   head (FilmHead) | sample ranges, 2 x u32 each | note, padded to 8 | arrays, one after another, as in film.h
+//   head (FilmHead) | sample ranges, 3 x u32 each | note | arrays, one after another, as in film.h
+//
+// Ranges and note are padded to 8 bytes.
 //
 // Whoever writes keeps the file of before under the name PATH~, and whoever reads takes that if PATH is damaged.
 

@@ -4,10 +4,12 @@
 #include "render/render.h"
 
 #include "base/hash.h"
+#include "base/mem.h"
+#include "render/plan.h"
 
 #include <time.h>
 
-enum { TILE_SIZE = 16, MOST_PASS = 16 };
+enum { TILE_SIZE = 16 };
 #define PROGRESS_SECONDS 0.1
 
 typedef struct Run {
@@ -16,12 +18,15 @@ typedef struct Run {
   RenderPass pass;
   WorkerState *workers; // owned, one a thread
   size_t worker_count;
+  Plan plan;
+  bool is_even; // the pass takes the same samples everywhere, in tiles of tile_size; else cell by cell
   uint32_t tile_size, columns, rows;
   Cancel stop; // set by RENDER_STOP_NOW
   RenderGo go; // what the caller said last; only worker 0 touches it
   double start, last_progress;
   RenderProgress told; // noise and rays of the last whole pass
-  uint32_t done;       // samples in whole passes
+  double done, cost;   // samples a pixel in whole passes, and of the pass under way
+  bool is_complete;
 } Run;
 
 static double seconds_now(void)
@@ -31,11 +36,6 @@ static double seconds_now(void)
   return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
-static uint32_t sample_count(const Run *r)
-{
-  return r->job->end_sample - r->job->first_sample;
-}
-
 // Tells the caller how far it is; samples counts parts of a pass.
 static void report(Run *r, double samples)
 {
@@ -43,7 +43,9 @@ static void report(Run *r, double samples)
   RenderProgress p = r->told;
   p.samples = samples;
   p.seconds = seconds_now() - r->start;
-  p.done = samples / sample_count(r);
+  const double left = r->plan.left - (samples - r->done);
+  p.left = left > 0 ? left : 0;
+  p.done = samples > 0 || p.left > 0 ? samples / (samples + p.left) : 1;
   p.eta = p.done > 0 ? p.seconds * (1 - p.done) / p.done : 0;
   const double budget = r->job->budget_seconds;
   if (budget > 0 && p.seconds + p.eta > budget) {
@@ -65,27 +67,36 @@ static Tile tile_at(const Run *r, size_t item)
   return (Tile){x, y, x1 < f->width ? x1 : f->width, y1 < f->height ? y1 : f->height};
 }
 
+static size_t item_count(const Run *r)
+{
+  return r->is_even ? (size_t)r->columns * r->rows : r->plan.count;
+}
+
 static void render_item(void *user, size_t item, int worker)
 {
   Run *r = user;
-  r->hot->render_tile(&r->pass, tile_at(r, item), &r->workers[worker]);
+  if (r->is_even) {
+    r->hot->render_tile(&r->pass, tile_at(r, item), &r->workers[worker]);
+  } else {
+    const CellRange *c = &r->plan.items[item];
+    const CellBox b = film_cell_box(r->job->film, c->cell);
+    RenderPass own = r->pass;
+    own.first_sample = c->first;
+    own.end_sample = c->end;
+    r->hot->render_tile(&own, (Tile){b.x0, b.y0, b.x1, b.y1}, &r->workers[worker]);
+  }
   if (worker != 0 || !r->job->progress || seconds_now() - r->last_progress < PROGRESS_SECONDS) return;
   // Tiles are taken in order, so this one's number says how many have been begun.
-  const double part = (double)(item + 1) / ((double)r->columns * r->rows);
-  report(r, r->done + part * (r->pass.end_sample - r->pass.first_sample));
+  report(r, r->done + r->cost * (double)(item + 1) / (double)item_count(r));
 }
 
-// 1, 1, 2, 4, 8, 16, 16, ... so that the first picture comes soon, and not more than the budget seems to allow.
-static uint32_t pass_size(const Run *r)
+// Not more than the budget seems to allow.
+static void fit_budget(Run *r)
 {
-  uint32_t n = r->done == 0 ? 1 : r->done < MOST_PASS ? r->done : MOST_PASS;
-  const double budget = r->job->budget_seconds;
-  if (budget > 0 && r->done > 0) {
-    const double used = seconds_now() - r->start, fits = (budget - used) * r->done / used;
-    if (fits < n) n = fits < 1 ? 1 : (uint32_t)fits;
-  }
-  const uint32_t left = sample_count(r) - r->done;
-  return n < left ? n : left;
+  const double budget = r->job->budget_seconds, used = seconds_now() - r->start, cost = plan_cost(&r->plan);
+  if (!(budget > 0) || !(r->done > 0)) return;
+  const double part = (budget - used) / used * r->done / cost * PLAN_STOP;
+  if (part < PLAN_STOP) plan_trim(&r->plan, part < 1 ? 1 : (uint32_t)part);
 }
 
 static void add_counters(RayCounters *to, const RayCounters *from)
@@ -99,7 +110,12 @@ static void add_counters(RayCounters *to, const RayCounters *from)
 
 static RenderStats collect_stats(const Run *r)
 {
-  RenderStats s = {.seconds = seconds_now() - r->start, .samples = r->done};
+  RenderStats s = {.seconds = seconds_now() - r->start,
+                   .samples = plan_most_taken(&r->plan),
+                   .mean_samples = r->done,
+                   .noise = r->told.noise,
+                   .quiet = r->told.quiet,
+                   .is_complete = r->is_complete};
   for (size_t i = 0; i < r->worker_count; i++) {
     add_counters(&s.rays, &r->workers[i].rays);
     s.bad_samples += r->workers[i].bad_samples;
@@ -109,56 +125,64 @@ static RenderStats collect_stats(const Run *r)
 
 static bool fail_cancelled(const Run *r, Err *err)
 {
-  return err_set(err, ERR_CANCELLED, "rendering was cancelled after %u samples a pixel", r->done);
+  return err_set(err, ERR_CANCELLED, "rendering was cancelled after %g samples a pixel", r->done);
 }
 
 // One pass; false if it was broken off or could not begin.
 static bool run_pass(Run *r, Jobs *jobs, const Cancel *cancel, Err *err)
 {
-  r->pass.first_sample = r->job->first_sample + r->done;
-  r->pass.end_sample = r->pass.first_sample + pass_size(r);
-  if (!film_claim(r->job->film, r->pass.first_sample, r->pass.end_sample, err)) return false;
-  jobs_run(jobs, (size_t)r->columns * r->rows, render_item, r, cancel);
+  fit_budget(r);
+  r->cost = plan_cost(&r->plan);
+  r->is_even = plan_is_even(&r->plan);
+  r->pass.first_sample = r->plan.items[0].first;
+  r->pass.end_sample = r->plan.items[0].end;
+  if (!film_claim_cells(r->job->film, r->plan.items, r->plan.count, err)) return false;
+  jobs_run(jobs, item_count(r), render_item, r, cancel);
   if (is_cancelled(cancel) || is_cancelled(&r->stop)) {
     r->job->film->is_partial = true;
     return fail_cancelled(r, err);
   }
-  r->done += r->pass.end_sample - r->pass.first_sample;
+  plan_took(&r->plan);
+  r->done = plan_mean_taken(&r->plan);
   return true;
 }
 
-static bool is_enough(Run *r)
+// Plans the next pass and tells how far it is; false when there is none or no more is wanted.
+static bool go_on(Run *r)
 {
   const RenderJob *job = r->job;
   const RayCounters rays = collect_stats(r).rays;
   r->told.rays = rays.camera_rays + rays.bounce_rays + rays.shadow_rays;
-  if (job->progress || job->noise_target > 0) r->told.noise = film_noise(job->film);
+  r->is_complete = !plan_next(&r->plan, PLAN_STOP);
+  r->told.noise = job->noise_target > 0 ? r->plan.picture_noise : job->progress ? film_noise(job->film, NULL) : 0;
+  r->told.quiet = r->plan.done_cells;
   report(r, r->done);
-  if (r->done >= sample_count(r) || r->go != RENDER_GO_ON) return true;
-  if (job->budget_seconds > 0 && seconds_now() - r->start >= job->budget_seconds) return true;
-  return job->noise_target > 0 && r->told.noise > 0 && r->told.noise <= job->noise_target;
+  if (r->is_complete || r->go != RENDER_GO_ON) return false;
+  return !(job->budget_seconds > 0 && seconds_now() - r->start >= job->budget_seconds);
 }
 
-static bool check_job(const RenderJob *job, Err *err)
+static bool begin_plan(Run *r, Err *err)
 {
-  if (job->first_sample >= job->end_sample) {
-    return err_set(err, ERR_BAD_ARGUMENT, "samples %u to %u are none; the end must lie above the first",
-                   job->first_sample, job->end_sample);
-  }
-  if (job->noise_target > 0 && !film_has(job->film, FILM_VARIANCE)) {
-    return err_set(err, ERR_BAD_ARGUMENT, "a noise target needs a film with the variance plane");
-  }
-  return true;
+  const RenderJob *job = r->job;
+  const uint64_t cells = film_cells(job->film), parts = job->parts ? job->parts : 1;
+  const uint64_t part = job->parts ? job->part : 0, part_end = job->parts ? job->part_end : 1;
+  if (part >= part_end || part_end > parts)
+    return err_set(err, ERR_BAD_ARGUMENT, "parts %u to %u of %u are none", job->part, job->part_end, job->parts);
+  const uint32_t first = (uint32_t)(cells * part / parts), end = (uint32_t)(cells * part_end / parts);
+  return plan_init(&r->plan, job->film, job->first_sample, job->end_sample, first, end, job->noise_target, err);
 }
 
 bool render_run(const RenderJob *job, Jobs *jobs, const HotTable *hot, const Cancel *cancel,
                 RenderStats *stats, Err *err)
 {
   if (stats) *stats = (RenderStats){0};
-  if (!check_job(job, err)) return false;
   Run r = {.job = job, .hot = hot, .worker_count = (size_t)jobs_thread_count(jobs), .start = seconds_now()};
   r.workers = mem_zero(r.worker_count, sizeof *r.workers);
   if (!r.workers) return err_memory(err, "the workers' counters", r.worker_count * sizeof *r.workers);
+  if (!begin_plan(&r, err)) {
+    mem_free(r.workers);
+    return false;
+  }
   r.tile_size = job->tile_size ? job->tile_size : TILE_SIZE;
   r.columns = (job->film->width + r.tile_size - 1) / r.tile_size;
   r.rows = (job->film->height + r.tile_size - 1) / r.tile_size;
@@ -172,10 +196,15 @@ bool render_run(const RenderJob *job, Jobs *jobs, const HotTable *hot, const Can
                         .stop = &r.stop};
   filter_build(&r.pass.filter, (FilterKind)job->settings.filter, job->settings.filter_width);
 
-  bool ok = run_pass(&r, jobs, cancel, err);
-  while (ok && !is_enough(&r)) ok = run_pass(&r, jobs, cancel, err);
-  if (ok && r.go == RENDER_STOP_NOW && r.done < sample_count(&r)) ok = fail_cancelled(&r, err);
+  bool ok = true;
+  r.is_complete = !plan_next(&r.plan, PLAN_STOP);
+  if (!r.is_complete) {
+    do ok = run_pass(&r, jobs, cancel, err);
+    while (ok && go_on(&r));
+  }
+  if (ok && r.go == RENDER_STOP_NOW && !r.is_complete) ok = fail_cancelled(&r, err);
   if (stats) *stats = collect_stats(&r);
+  plan_finish(&r.plan);
   mem_free(r.workers);
   return ok;
 }

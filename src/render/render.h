@@ -1,6 +1,6 @@
-// Render: drives a picture. Samples come in passes over the whole picture, small ones first, each cut into tiles that
+// Render: drives a picture. Samples come in passes over the picture, small ones first, each cut into tiles that
 // workers take off one counter. The film after n samples is the same however they were cut into passes, tiles, calls
-// or machines.
+// or machines. Which samples of which part a pass takes is plan.h's.
 
 #ifndef RAYFOLD_RENDER_RENDER_H
 #define RAYFOLD_RENDER_RENDER_H
@@ -17,7 +17,9 @@ typedef struct RenderProgress {
   double done;         // 0..1
   double seconds, eta; // since the start; still to go at this rate
   double samples;      // a pixel, in this call
-  double noise;        // relative standard error, median over pixels, after the last pass; 0: unknown
+  double left;         // samples a pixel still to take; with a noise target, an estimate
+  double noise;        // film_noise() after the last pass; 0: unknown
+  double quiet;        // the part of the cells that are down to the noise target; 0 without one
   uint64_t rays;       // up to the last pass
 } RenderProgress;
 
@@ -27,10 +29,11 @@ typedef struct RenderJob {
   RenderSettings settings; // size, spp and seed in it are not looked at
   uint64_t seed;
   Film *film;                        // gets the samples; its size is the picture's
-  uint32_t first_sample, end_sample; // [first, end) of every pixel; none of them in the film yet
+  uint32_t first_sample, end_sample; // [first, end) of every pixel; those that the film has are left out
+  uint32_t part, part_end, parts;    // only the cells of parts [part, part_end) of so many; 0, 0, 0: all
   uint32_t tile_size;                // pixels; 0: 16
   double budget_seconds;             // stop after the pass that reaches it; 0: take all samples
-  double noise_target;               // stop after the pass whose noise is this low; 0: likewise
+  double noise_target;               // cells stop when their noise is this low; 0: likewise
   RenderGo (*progress)(void *user,
                        const RenderProgress *p); // on the calling thread, about ten times a second and
   void *user;                                    // after each pass; may be NULL
@@ -40,7 +43,10 @@ typedef struct RenderStats {
   double seconds;
   RayCounters rays;
   uint64_t bad_samples; // not finite, counted as black; should be 0
-  uint32_t samples;     // of every pixel, in whole passes
+  uint32_t samples;     // most that any pixel got
+  double mean_samples;  // a pixel
+  double noise, quiet;  // as in RenderProgress, at the end
+  bool is_complete;     // nothing is left to take: all samples are in, or the noise is reached everywhere
 } RenderStats;
 
 // Adds samples to the film. True also when the budget, the noise target or RENDER_STOP_AFTER_PASS ended it early.
