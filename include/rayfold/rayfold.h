@@ -153,6 +153,9 @@ RF_API bool rf_remove(rf_scene *s, rf_object o);
 // edited or destroyed afterwards. Fails with RF_CANCELLED after rf_cancel().
 RF_API rf_world *rf_prepare(rf_scene *s, const rf_world *previous);
 RF_API void rf_world_destroy(rf_world *w);
+// Another handle on the same world, given back with rf_world_destroy(). Rendering it works on the threads of e, which
+// may be another engine than the one that prepared it and must outlive the handle; NULL: the same one.
+RF_API rf_world *rf_world_share(const rf_world *w, rf_engine *e);
 RF_API bool rf_world_bounds(const rf_world *w, rf_vec3 *lo, rf_vec3 *hi); // false: the world is empty
 
 typedef struct rf_world_stats {
@@ -215,6 +218,10 @@ typedef struct rf_eye {
 // A camera of the scene by name; NULL: the main one. A scene without a camera (a bare model) gets one that shows
 // all of w; w may be NULL otherwise. aspect = width / height of the picture. False: no such camera.
 RF_API bool rf_camera(rf_scene *s, const rf_world *w, const char *name, float aspect, rf_eye *eye);
+
+// The ray through a place of a picture of width x height pixels, (0, 0) its upper left corner; of the lens's middle.
+// Its direction has unit length, so that t is metres.
+RF_API rf_ray rf_eye_ray(const rf_eye *eye, float width, float height, float x, float y);
 
 typedef enum rf_plane { // bits
   RF_BEAUTY = 1 << 0,      // rgb radiance and alpha; always there
@@ -363,6 +370,79 @@ RF_API bool rf_image_save(rf_engine *e, const rf_image *img, const rf_save_def *
 // Converts a picture file into another format (a float format to a display one by develop).
 RF_API bool rf_image_convert(rf_engine *e, const char *from, const char *to, const rf_develop_def *develop,
                              const rf_save_def *save);
+
+// --- live: a picture that follows the eye and every edit ----------------------------------------------
+// Two threads work for it: one applies edits and prepares the next world, one renders frames of the newest world for the
+// newest view. Nobody waits for them: what is asked while they work replaces what was asked before. While something
+// changes, frames keep to a time by their resolution; then the picture becomes finer until it has all its samples and
+// equals, bit by bit, what rf_render() makes of them; then the threads sleep. None of it heeds rf_cancel().
+typedef struct rf_live rf_live;
+
+typedef struct rf_live_def {
+  bool stepped;              // no threads: all work is done in rf_live_step(). For tests and recordings
+  void (*ready)(void *user); // there is a frame or a message; on a thread of the driver, so only wake yours. May be NULL
+  void *user;
+  uint32_t magic;
+} rf_live_def;
+
+typedef struct rf_live_view { // what to show
+  rf_eye eye;
+  int width, height;        // pixels of the window
+  rf_render_def render;     // its samples are those of the finished picture; progress and limits are not looked at
+  rf_develop_def develop;
+  bool denoise;             // pictures of light are cleaned by the fast denoiser
+  bool reproject;           // frames of a moving eye carry on what the ones before saw
+  double frame_seconds;     // what a frame may take while something changes
+  int step;                 // 0: resolution by frame_seconds; 1, 2, 4, 8: a pixel is always this wide while it changes, and
+                            // no clock is looked at
+  uint32_t magic;
+} rf_live_view;
+
+typedef struct rf_live_frame { // the arrays live until the next rf_live_take()
+  const uint32_t *pixels;  // 0xffrrggbb, rows from the top
+  int width, height;       // of the window
+  const uint32_t *objects; // as RF_OBJECT_ID, one each rendered pixel
+  int render_width, render_height;
+  int samples;             // a rendered pixel
+  bool is_moving;          // made while something changed
+  bool is_finished;        // the picture has all its samples
+  double prepare_seconds;  // of the world it shows
+  double render_seconds, denoise_seconds, show_seconds;
+  uint64_t rays;           // traced since the frame before
+  uint64_t number;         // counts frames
+  uint64_t view, edit;     // of the newest rf_live_show() and edit that it shows
+  rf_eye eye;              // that it was made with
+} rf_live_frame;
+
+RF_API rf_live_def rf_default_live_def(void);
+RF_API rf_live_view rf_default_live_view(void); // 16 ms a frame, denoised, reprojected; eye and size are still to be set
+RF_API rf_live *rf_live_create(rf_scene *s, const rf_live_def *def); // the scene is the driver's now, even if this fails
+RF_API void rf_live_destroy(rf_live *l);                             // with the scene; within 50 ms
+
+// Each returns its number (0: refused, see rf_error()) and never waits. Failures of edits come as messages; the picture
+// then stays as it was.
+RF_API uint64_t rf_live_show(rf_live *l, const rf_live_view *view);
+// rf_set() as soon as may be. An edit that goes on with the one before, of the same path, takes its place: a drag is one
+// step of undo, and values in between that nobody has seen are skipped.
+RF_API uint64_t rf_live_set(rf_live *l, const char *path, const char *json, bool goes_on);
+RF_API uint64_t rf_live_undo(rf_live *l);
+RF_API uint64_t rf_live_redo(rf_live *l);
+// Another scene in its place, which is taken over; what is equal in both is kept. When it cannot be prepared, the one
+// there is stays.
+RF_API uint64_t rf_live_replace(rf_live *l, rf_scene *s);
+
+// The newest frame; false: none since the last call.
+RF_API bool rf_live_take(rf_live *l, rf_live_frame *out);
+// The newest message; false: none since the last call.
+RF_API bool rf_live_message(rf_live *l, char *out, size_t size);
+// The newest world, given back with rf_world_destroy(); NULL: there is none yet.
+RF_API rf_world *rf_live_world(rf_live *l);
+// The scene with all edits asked so far, to read or to save it; further ones wait until it is given back. NULL: that
+// takes longer than `seconds`.
+RF_API rf_scene *rf_live_borrow(rf_live *l, double seconds);
+RF_API void rf_live_return(rf_live *l);
+// Of a stepped one: applies what was asked and works on one frame. False: nothing was left to do.
+RF_API bool rf_live_step(rf_live *l);
 
 #ifdef __cplusplus
 }

@@ -51,6 +51,9 @@ bool api_bad_argument(const char *function, const char *format, ...)      // ret
     __attribute__((format(printf, 2, 3)));
 void api_film_changed(rf_film *f); // forgets the denoised picture
 Eye api_eye(const rf_eye *e);
+bool api_settings(const rf_render_def *def, const char *function, RenderSettings *out);
+// Makes the scene ready; NULL with the error in err. cancel may be NULL.
+rf_world *api_prepare(rf_scene *s, const rf_world *previous, const Cancel *cancel, Err *err);
 void api_log_notes(const rf_engine *e, const Notes *notes);
 bool api_tone(const rf_develop_def *def, const char *function, Tone *out); // def NULL: defaults
 bool api_is_opaque(const rf_image *rgba); // covered everywhere: needs no alpha channel
@@ -67,6 +70,8 @@ enum {
   MAGIC_DEVELOP,
   MAGIC_SAVE,
   MAGIC_DENOISE,
+  MAGIC_LIVE,
+  MAGIC_LIVE_VIEW,
 };
 
 #endif

@@ -131,9 +131,8 @@ rf_render_def rf_scene_render_def(const rf_scene *s, int *width, int *height)
   return def_from(&s->scene->render);
 }
 
-static bool settings_from(const rf_render_def *def, RenderSettings *out)
+bool api_settings(const rf_render_def *def, const char *function, RenderSettings *out)
 {
-  static const char function[] = "rf_render";
   if (!api_has_magic(def->magic, MAGIC_RENDER, function, "rf_render_def")) return false;
   group_default(&group_render, 0, out);
   out->integrator = choice_index(&group_render, "integrator", def->integrator, function);
@@ -180,7 +179,7 @@ rf_status rf_render(const rf_world *w, const rf_eye *eye, const rf_render_def *d
     api_bad_argument("rf_render", "world, eye, definition and film must not be NULL");
     return RF_BAD_ARGUMENT;
   }
-  if (!settings_from(def, &settings)) return RF_BAD_ARGUMENT;
+  if (!api_settings(def, "rf_render", &settings)) return RF_BAD_ARGUMENT;
   Err err = {0};
   ProgressLink link = {def->progress, def->user};
   RenderJob job = {.world = w->world, .eye = api_eye(eye), .settings = settings, .seed = def->seed, .film = f->film,

@@ -31,24 +31,46 @@ static bool name_objects(rf_world *w, const Scene *s, Err *err)
   return true;
 }
 
-rf_world *rf_prepare(rf_scene *s, const rf_world *previous)
+rf_world *api_prepare(rf_scene *s, const rf_world *previous, const Cancel *cancel, Err *err)
 {
-  if (!s) return api_bad_argument("rf_prepare", "the scene is NULL"), NULL;
-  Err err = {0};
   rf_engine *e = s->engine;
   rf_world *w = mem_zero(1, sizeof *w);
-  if (!w) err_memory(&err, "a world", sizeof *w);
-  if (w) {
-    w->engine = e;
-    w->world = world_prepare(s->scene, previous ? previous->world : NULL, &s->options, e->jobs, &e->cancel, &err);
-    if (w->world) name_objects(w, s->scene, &err);
-  }
-  if (!api_fail(&err)) {
+  if (!w) return err_memory(err, "a world", sizeof *w), NULL;
+  w->engine = e;
+  w->world = world_prepare(s->scene, previous ? previous->world : NULL, &s->options, e->jobs, cancel, err);
+  if (!w->world || !name_objects(w, s->scene, err)) {
     rf_world_destroy(w);
     return NULL;
   }
   api_log_notes(e, &w->world->notes);
   return w;
+}
+
+rf_world *rf_prepare(rf_scene *s, const rf_world *previous)
+{
+  if (!s) return api_bad_argument("rf_prepare", "the scene is NULL"), NULL;
+  Err err = {0};
+  rf_world *w = api_prepare(s, previous, &s->engine->cancel, &err);
+  api_fail(&err);
+  return w;
+}
+
+rf_world *rf_world_share(const rf_world *w, rf_engine *e)
+{
+  if (!w) return api_bad_argument("rf_world_share", "the world is NULL"), NULL;
+  const size_t count = w->world->instance_count + 1;
+  Err err = {0};
+  rf_world *other = mem_zero(1, sizeof *other);
+  if (other) other->objects = mem_alloc(count, sizeof *other->objects);
+  if (!other || !other->objects) {
+    mem_free(other);
+    api_fail((err_memory(&err, "a world", count * sizeof *other->objects), &err));
+    return NULL;
+  }
+  other->engine = e ? e : w->engine;
+  other->world = world_share(w->world);
+  memcpy(other->objects, w->objects, count * sizeof *other->objects);
+  return other;
 }
 
 void rf_world_destroy(rf_world *w)
@@ -182,4 +204,12 @@ bool rf_camera(rf_scene *s, const rf_world *w, const char *name, float aspect, r
   }
   if (found && eye_from_camera(found, &e, &err)) *eye = public_eye(&e);
   return api_fail(&err);
+}
+
+rf_ray rf_eye_ray(const rf_eye *eye, float width, float height, float x, float y)
+{
+  Eye e = api_eye(eye);
+  e.aperture = 0;
+  const Ray r = eye_ray(&e, width, height, (Vec2){x, y}, (Vec2){0.5f, 0.5f});
+  return (rf_ray){to_public(r.o), 0, to_public(r.d), INFINITY};
 }

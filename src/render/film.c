@@ -92,13 +92,25 @@ void film_destroy(Film *f)
   mem_free(f);
 }
 
-void film_clear(Film *f)
+void film_clear_rows(Film *f, uint32_t first, uint32_t end)
 {
   FilmArray arrays[FILM_ARRAY_COUNT];
   film_list_arrays(f, arrays);
+  const size_t from = (size_t)f->width * first, count = (size_t)f->width * (end - first);
   for (int i = 0; i < FILM_ARRAY_COUNT; i++) {
-    if (*arrays[i].data) memset(*arrays[i].data, arrays[i].fill, pixel_count(f) * arrays[i].pixel_size);
+    const size_t size = arrays[i].pixel_size;
+    if (*arrays[i].data) memset((char *)*arrays[i].data + from * size, arrays[i].fill, count * size);
   }
+}
+
+void film_clear(Film *f)
+{
+  film_clear_rows(f, 0, f->height);
+  film_forget(f);
+}
+
+void film_forget(Film *f)
+{
   f->ranges.count = 0;
   f->is_partial = false;
 }
@@ -254,46 +266,53 @@ static double variance_of(const FilmMoments *m, uint32_t count)
   return spread > 0 ? spread / (n * (n - 1)) : 0;
 }
 
-static void resolve_means(const int64_t *sums, const uint32_t *count, size_t pixels, size_t channels,
+// Of pixels [first, end); out is that of pixel 0, as in what follows.
+static void resolve_means(const int64_t *sums, const uint32_t *count, size_t first, size_t end, size_t channels,
                           float *out)
 {
-  for (size_t i = 0; i < pixels * channels; i++) out[i] = mean_of(sums[i], count[i / channels]);
+  for (size_t i = first; i < end; i++)
+    for (size_t k = i * channels; k < (i + 1) * channels; k++) out[k] = mean_of(sums[k], count[i]);
 }
 
 // Sums whose last channel counts the samples that hit something.
-static void resolve_hits(const int64_t *sums, size_t pixels, size_t channels, float *out)
+static void resolve_hits(const int64_t *sums, size_t first, size_t end, size_t channels, float *out)
 {
-  for (size_t i = 0; i < pixels; i++) {
+  for (size_t i = first; i < end; i++) {
     const int64_t *s = sums + i * (channels + 1);
     for (size_t k = 0; k < channels; k++) out[i * channels + k] = mean_of(s[k], s[channels]);
   }
 }
 
-static void resolve_ids(const uint64_t *first, size_t pixels, float *out)
+static void resolve_ids(const uint64_t *ids, size_t first, size_t end, float *out)
 {
-  for (size_t i = 0; i < pixels; i++) out[i] = first[i] == UINT64_MAX ? 0 : (float)(uint32_t)first[i];
+  for (size_t i = first; i < end; i++) out[i] = ids[i] == UINT64_MAX ? 0 : (float)(uint32_t)ids[i];
+}
+
+void film_resolve_rows(const Film *f, FilmPlane plane, uint32_t first_row, uint32_t end_row, float *out)
+{
+  const size_t first = (size_t)f->width * first_row, end = (size_t)f->width * end_row;
+  switch (plane) {
+  case FILM_BEAUTY: resolve_means(f->sums[plane], f->count, first, end, 4, out); break;
+  case FILM_ALBEDO:
+  case FILM_NORMAL: resolve_means(f->sums[plane], f->count, first, end, 3, out); break;
+  case FILM_DEPTH: resolve_hits(f->depth, first, end, 1, out); break;
+  case FILM_POSITION: resolve_hits(f->position, first, end, 3, out); break;
+  case FILM_OBJECT_ID: resolve_ids(f->object, first, end, out); break;
+  case FILM_MATERIAL_ID: resolve_ids(f->material, first, end, out); break;
+  case FILM_VARIANCE:
+    for (size_t i = first; i < end; i++) out[i] = (float)variance_of(&f->moments[i], f->count[i]);
+    break;
+  case FILM_SAMPLES:
+    for (size_t i = first; i < end; i++) out[i] = (float)f->count[i];
+    break;
+  case FILM_PLANE_COUNT: unreachable();
+  }
 }
 
 bool film_resolve(const Film *f, FilmPlane plane, float *out)
 {
   if (plane >= FILM_PLANE_COUNT || !film_has(f, plane)) return false;
-  const size_t n = pixel_count(f);
-  switch (plane) {
-  case FILM_BEAUTY: resolve_means(f->sums[plane], f->count, n, 4, out); break;
-  case FILM_ALBEDO:
-  case FILM_NORMAL: resolve_means(f->sums[plane], f->count, n, 3, out); break;
-  case FILM_DEPTH: resolve_hits(f->depth, n, 1, out); break;
-  case FILM_POSITION: resolve_hits(f->position, n, 3, out); break;
-  case FILM_OBJECT_ID: resolve_ids(f->object, n, out); break;
-  case FILM_MATERIAL_ID: resolve_ids(f->material, n, out); break;
-  case FILM_VARIANCE:
-    for (size_t i = 0; i < n; i++) out[i] = (float)variance_of(&f->moments[i], f->count[i]);
-    break;
-  case FILM_SAMPLES:
-    for (size_t i = 0; i < n; i++) out[i] = (float)f->count[i];
-    break;
-  case FILM_PLANE_COUNT: unreachable();
-  }
+  film_resolve_rows(f, plane, 0, f->height, out);
   return true;
 }
 

@@ -96,6 +96,9 @@ bool film_bytes(uint32_t width, uint32_t height, uint32_t planes, size_t *bytes)
 Film *film_create(uint32_t width, uint32_t height, uint32_t planes, Err *err);
 void film_destroy(Film *f); // accepts NULL
 void film_clear(Film *f);
+// The same in parts that may go to several threads: all rows, then film_forget().
+void film_clear_rows(Film *f, uint32_t first, uint32_t end);
+void film_forget(Film *f);
 
 // Notes that these samples are about to be added; fails if some of them are in already or there would be too many, and
 // then changes nothing. The ranges are sorted as the film's are.
@@ -112,6 +115,8 @@ bool film_merge(Film *dst, const Film *src, Err *err);
 
 // The plane as floats, rows from the top, strlen(film_plane_channels[plane]) values a pixel. False: not in this film.
 bool film_resolve(const Film *f, FilmPlane plane, float *out);
+// Rows [first, end) of a plane the film has, written where they belong in all of it.
+void film_resolve_rows(const Film *f, FilmPlane plane, uint32_t first, uint32_t end, float *out);
 
 // The noise of each cell into noise[film_cells()], and as result that of the picture, their root mean square: the
 // standard error of its pixels' mean luminances (root mean square) over the cell's mean luminance. A cell that is darker

@@ -1,0 +1,437 @@
+// See live.h. One film a step of resolution is kept, so that going up and down allocates nothing; they go when the
+// window changes its size. Costs are measured on every frame and predict the next.
+
+#include "render/live.h"
+
+#include "base/mem.h"
+#include "post/denoise_fast.h"
+#include "post/display.h"
+#include "render/trail.h"
+
+#include <string.h>
+#include <time.h>
+
+// What a frame can be rendered at, finest first. Another way to spend less on a frame is one more row here.
+typedef struct LiveLevel {
+  uint32_t step; // window pixels that one rendered pixel is wide
+} LiveLevel;
+static const LiveLevel levels[] = {{1}, {2}, {4}, {8}};
+enum { LEVEL_COUNT = sizeof levels / sizeof *levels, ROWS_AN_ITEM = 16, MOST_PASS = 16 };
+
+// A finer level is only tried when it is expected to need no more than this share of the time there is: without the
+// gap, levels change with every fluctuation of the machine.
+#define FINER_SHARE 0.75
+// A pass of a still picture may take this long, so that what is shown and asked in between stays fresh.
+#define PASS_SECONDS 0.1
+// Between two pictures of a still view there is at least this time, unless the samples have doubled: cleaning and
+// showing take as long as several samples of a simple scene.
+#define SHOW_SECONDS 0.2
+
+typedef struct Costs {   // of what was measured last, seconds; 0: not known
+  double render, denoise; // a rendered pixel (and sample)
+  double show;            // a window pixel
+} Costs;
+
+struct Live {
+  Jobs *jobs;
+  const HotTable *hot;
+  LiveView view; // of the last step; width 0: none
+  const World *world;
+  Film *films[LEVEL_COUNT]; // owned; NULL: not needed yet
+  uint32_t planes;          // of theirs
+  int level;                // of the last frame
+  uint32_t samples;         // in its film
+  uint32_t shown_samples;   // in the picture shown
+  double shown_time;
+  uint32_t frame;           // counts those of something moving, so that their noise differs
+  bool is_current;          // the films's picture is on show as the view says
+  Costs costs[2];           // of views and of light
+  Trail trail;
+  Display display;
+  float *planes_of; // owned: resolved planes, 13 floats a pixel of window size
+  float *clean;     // owned: 4 floats a pixel
+  size_t room;      // pixels of both
+  uint64_t rays;    // since the last frame shown
+  double render_seconds;
+};
+
+static double seconds_now(void)
+{
+  struct timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+Live *live_create(Jobs *jobs, const HotTable *hot, Err *err)
+{
+  Live *l = mem_zero(1, sizeof *l);
+  if (!l) return err_memory(err, "a live picture", sizeof *l), NULL;
+  l->jobs = jobs;
+  l->hot = hot;
+  return l;
+}
+
+static void drop_films(Live *l)
+{
+  for (int i = 0; i < LEVEL_COUNT; i++) {
+    film_destroy(l->films[i]);
+    l->films[i] = NULL;
+  }
+}
+
+void live_destroy(Live *l)
+{
+  if (!l) return;
+  drop_films(l);
+  trail_finish(&l->trail);
+  display_finish(&l->display);
+  mem_free(l->planes_of);
+  mem_free(l->clean);
+  mem_free(l);
+}
+
+void live_frame_finish(LiveFrame *f)
+{
+  mem_free(f->pixels);
+  mem_free(f->objects);
+  *f = (LiveFrame){0};
+}
+
+// --- comparing ------------------------------------------------------------------------------------
+static bool vectors_equal(Vec3 a, Vec3 b) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
+
+static bool eyes_equal(const Eye *a, const Eye *b)
+{
+  return a->kind == b->kind && vectors_equal(a->frame.x, b->frame.x) && vectors_equal(a->frame.y, b->frame.y) &&
+         vectors_equal(a->frame.z, b->frame.z) && vectors_equal(a->frame.p, b->frame.p) &&
+         a->tan_half_fov == b->tan_half_fov && a->focus == b->focus && a->aperture == b->aperture &&
+         a->blades == b->blades && a->height == b->height && a->span == b->span;
+}
+
+static bool settings_equal(const RenderSettings *a, const RenderSettings *b)
+{
+  return a->integrator == b->integrator && a->max_depth == b->max_depth && a->roulette_depth == b->roulette_depth &&
+         a->filter == b->filter && a->filter_width == b->filter_width && a->clamp == b->clamp &&
+         a->transparent == b->transparent;
+}
+
+bool live_view_differs(const LiveView *a, const LiveView *b)
+{
+  return a->width != b->width || a->height != b->height || a->seed != b->seed || a->first_sample != b->first_sample ||
+         !eyes_equal(&a->eye, &b->eye) || !settings_equal(&a->settings, &b->settings);
+}
+
+static bool is_noisy(const LiveView *v) { return v->settings.integrator == INTEGRATOR_PATH; }
+static bool is_cleaned(const LiveView *v) { return v->denoises && is_noisy(v); }
+static bool has_trail(const LiveView *v) { return v->reprojects && is_noisy(v); }
+
+static bool shows_differ(const LiveView *a, const LiveView *b)
+{
+  return a->tone.kind != b->tone.kind || a->tone.exposure != b->tone.exposure || a->tone.gamma != b->tone.gamma ||
+         is_cleaned(a) != is_cleaned(b);
+}
+
+// --- films ----------------------------------------------------------------------------------------
+static uint32_t planes_for(const LiveView *v)
+{
+  uint32_t planes = 1u << FILM_BEAUTY | 1u << FILM_OBJECT_ID;
+  if (is_cleaned(v)) planes |= 1u << FILM_ALBEDO | 1u << FILM_NORMAL | 1u << FILM_DEPTH | 1u << FILM_VARIANCE;
+  if (has_trail(v)) planes |= 1u << FILM_DEPTH;
+  return planes;
+}
+
+static uint32_t divide_up(uint32_t x, uint32_t by) { return (x + by - 1) / by; }
+
+static void clear_rows(void *user, size_t item, int worker)
+{
+  Film *f = user;
+  (void)worker;
+  const uint32_t first = (uint32_t)item * ROWS_AN_ITEM, end = first + ROWS_AN_ITEM;
+  film_clear_rows(f, first, end < f->height ? end : f->height);
+}
+
+// The film of a level, empty.
+static Film *fresh_film(Live *l, int level, Err *err)
+{
+  Film **f = &l->films[level];
+  const uint32_t step = levels[level].step;
+  if (!*f) return *f = film_create(divide_up(l->view.width, step), divide_up(l->view.height, step), l->planes, err);
+  jobs_run(l->jobs, divide_up((*f)->height, ROWS_AN_ITEM), clear_rows, *f, NULL);
+  film_forget(*f);
+  return *f;
+}
+
+static bool make_room(Live *l, const LiveView *v, Err *err)
+{
+  const size_t pixels = (size_t)v->width * v->height;
+  if (l->view.width != v->width || l->view.height != v->height || l->planes != planes_for(v)) {
+    drop_films(l);
+    l->planes = planes_for(v);
+  }
+  if (pixels == l->room) return true;
+  mem_free(l->planes_of);
+  mem_free(l->clean);
+  l->planes_of = mem_alloc(pixels, 12 * sizeof *l->planes_of);
+  l->clean = mem_alloc(pixels, 4 * sizeof *l->clean);
+  l->room = l->planes_of && l->clean ? pixels : 0;
+  return l->room || err_memory(err, "the window's picture", 64ull * pixels);
+}
+
+// --- how fine -------------------------------------------------------------------------------------
+static size_t pixels_at(const LiveView *v, int level)
+{
+  const uint32_t step = levels[level].step;
+  return (size_t)divide_up(v->width, step) * divide_up(v->height, step);
+}
+
+static Costs *costs_of(Live *l, const LiveView *v) { return &l->costs[is_noisy(v)]; }
+
+static double expected_seconds(Live *l, const LiveView *v, int level, uint32_t samples)
+{
+  const Costs *c = costs_of(l, v);
+  const double denoise = is_cleaned(v) ? c->denoise : 0;
+  return (double)pixels_at(v, level) * (samples * c->render + denoise) + (double)v->width * v->height * c->show;
+}
+
+static int choose_level(Live *l, const LiveView *v)
+{
+  if (v->step > 0) {
+    for (int i = 0; i < LEVEL_COUNT; i++)
+      if ((int)levels[i].step >= v->step) return i;
+    return LEVEL_COUNT - 1;
+  }
+  if (costs_of(l, v)->render <= 0) return is_noisy(v) ? LEVEL_COUNT - 1 : LEVEL_COUNT - 2; // not known: soon
+  int level = 0;
+  while (level < LEVEL_COUNT - 1 &&
+         expected_seconds(l, v, level, 1) > v->frame_seconds * (level < l->level ? FINER_SHARE : 1))
+    level++;
+  return level;
+}
+
+// How many samples fit, a power of two. At coarser levels pixels come first.
+static uint32_t choose_samples(Live *l, const LiveView *v, int level)
+{
+  uint32_t n = 1;
+  if (level > 0 || v->step > 0) return 1;
+  while (2 * n <= MOST_PASS && expected_seconds(l, v, level, 2 * n) <= FINER_SHARE * v->frame_seconds) n *= 2;
+  const uint32_t most = v->end_sample - v->first_sample;
+  return n < most ? n : most;
+}
+
+// Slow frames count at once, fast ones by and by.
+static void learn(double *cost, double seen)
+{
+  *cost = seen > *cost ? (*cost > 0 ? 0.5 * (*cost + seen) : seen) : 0.8 * *cost + 0.2 * seen;
+}
+
+// --- rendering ------------------------------------------------------------------------------------
+static bool add_samples(Live *l, Film *f, uint32_t first, uint32_t count, const Cancel *cancel, Err *err)
+{
+  const RenderJob job = {.world = l->world,
+                         .eye = l->view.eye,
+                         .settings = l->view.settings,
+                         .seed = l->view.seed,
+                         .film = f,
+                         .first_sample = first,
+                         .end_sample = first + count};
+  RenderStats stats;
+  const double start = seconds_now();
+  const bool ok = render_run(&job, l->jobs, l->hot, cancel, &stats, err);
+  const double took = seconds_now() - start;
+  l->rays += stats.rays.camera_rays + stats.rays.bounce_rays + stats.rays.shadow_rays;
+  l->render_seconds += took;
+  if (ok) learn(&costs_of(l, &l->view)->render, took / ((double)f->width * f->height * count));
+  return ok;
+}
+
+// Anew at a level; its samples begin where the finished picture's do if it can become that one.
+static bool begin_level(Live *l, int level, uint32_t first, uint32_t samples, const Cancel *cancel, Err *err)
+{
+  Film *f = fresh_film(l, level, err);
+  l->level = level;
+  l->samples = 0;
+  if (!f || !add_samples(l, f, first, samples, cancel, err)) return false;
+  l->samples = samples;
+  return true;
+}
+
+static bool moving_frame(Live *l, const Cancel *abandon, Err *err)
+{
+  const int level = choose_level(l, &l->view);
+  const uint32_t samples = choose_samples(l, &l->view, level);
+  // What the finished picture never sees is free to differ from frame to frame, so that noise averages out.
+  const uint32_t shift = level > 0 && is_noisy(&l->view) ? l->frame++ % 1024 : 0;
+  return begin_level(l, level, l->view.first_sample + shift, samples, abandon, err);
+}
+
+static uint32_t next_pass(Live *l)
+{
+  const uint32_t left = l->view.end_sample - l->view.first_sample - l->samples;
+  const double one = costs_of(l, &l->view)->render * (double)pixels_at(&l->view, 0);
+  uint32_t n = l->samples < MOST_PASS ? l->samples : MOST_PASS;
+  while (l->view.step == 0 && n > 1 && n * one > PASS_SECONDS) n /= 2;
+  return n < left ? n : left;
+}
+
+// --- showing --------------------------------------------------------------------------------------
+typedef struct Resolve {
+  const Film *film;
+  float *color, *albedo, *normal, *depth, *variance;
+  uint32_t *objects;
+} Resolve;
+
+static void resolve_rows(void *user, size_t item, int worker)
+{
+  const Resolve *r = user;
+  const Film *f = r->film;
+  (void)worker;
+  const uint32_t first = (uint32_t)item * ROWS_AN_ITEM;
+  const uint32_t end = first + ROWS_AN_ITEM < f->height ? first + ROWS_AN_ITEM : f->height;
+  film_resolve_rows(f, FILM_BEAUTY, first, end, r->color);
+  if (film_has(f, FILM_DEPTH)) film_resolve_rows(f, FILM_DEPTH, first, end, r->depth);
+  if (film_has(f, FILM_ALBEDO)) {
+    film_resolve_rows(f, FILM_ALBEDO, first, end, r->albedo);
+    film_resolve_rows(f, FILM_NORMAL, first, end, r->normal);
+    film_resolve_rows(f, FILM_VARIANCE, first, end, r->variance);
+  }
+  for (size_t i = (size_t)first * f->width; i < (size_t)end * f->width; i++) {
+    const uint64_t id = f->object[i];
+    r->objects[i] = id == UINT64_MAX ? 0 : (uint32_t)id;
+  }
+}
+
+static Resolve resolve(Live *l, const Film *f, uint32_t *objects)
+{
+  const size_t n = (size_t)f->width * f->height;
+  float *p = l->planes_of;
+  Resolve r = {f, p, p + 4 * n, p + 7 * n, p + 10 * n, p + 11 * n, objects};
+  jobs_run(l->jobs, divide_up(f->height, ROWS_AN_ITEM), resolve_rows, &r, NULL);
+  return r;
+}
+
+static bool grow(uint32_t **pixels, size_t *room, size_t count, Err *err)
+{
+  if (*room == count) return true;
+  mem_free(*pixels);
+  *pixels = mem_alloc(count, sizeof **pixels);
+  *room = *pixels ? count : 0;
+  return *pixels || err_memory(err, "a frame", count * sizeof **pixels);
+}
+
+static bool is_finished(const Live *l)
+{
+  return l->level == 0 && l->samples >= l->view.end_sample - l->view.first_sample;
+}
+
+// The trail of frames before belongs to what moves and to the first steps after; samples take over by and by.
+static bool blend(Live *l, const Film *f, float *color, const float *depth, Err *err)
+{
+  const bool keeps = l->level > 0 || l->samples <= 1;
+  if (!has_trail(&l->view) || l->samples >= TRAIL_MOST || is_finished(l)) return true;
+  return trail_blend(&l->trail, &l->view.eye, f->width, f->height, color, depth, (float)l->samples, keeps, l->jobs, err);
+}
+
+static bool show(Live *l, const Cancel *cancel, LiveFrame *out, Err *err)
+{
+  const LiveView *v = &l->view;
+  const Film *f = l->films[l->level];
+  const size_t pixels = (size_t)f->width * f->height, window = (size_t)v->width * v->height;
+  if (!grow(&out->pixels, &out->pixel_room, window, err) || !grow(&out->objects, &out->object_room, pixels, err) ||
+      !display_fit(&l->display, f->width, f->height, v->width, v->height, l->jobs, err))
+    return false;
+  const double start = seconds_now();
+  const Resolve r = resolve(l, f, out->objects);
+  float *color = r.color;
+  if (is_cleaned(v)) {
+    const Guided g = {f->width, f->height, r.color, r.albedo, r.normal, r.depth, r.variance};
+    if (!denoise_fast(&g, &l->hot->post, l->jobs, cancel, l->clean, err)) return false;
+    color = l->clean;
+  }
+  if (!blend(l, f, color, r.depth, err)) return false;
+  const double cleaned = seconds_now();
+  tone_pixels(&v->tone, color, pixels, l->jobs);
+  display_show(&l->display, color, out->pixels, l->jobs);
+  const double end = seconds_now();
+  Costs *c = costs_of(l, v);
+  learn(&c->denoise, (cleaned - start) / (double)pixels);
+  learn(&c->show, (end - cleaned) / (double)window);
+
+  out->width = v->width;
+  out->height = v->height;
+  out->render_width = f->width;
+  out->render_height = f->height;
+  out->samples = l->samples;
+  out->is_finished = is_finished(l);
+  out->render_seconds = l->render_seconds;
+  out->denoise_seconds = cleaned - start;
+  out->show_seconds = end - cleaned;
+  out->rays = l->rays;
+  l->rays = 0;
+  l->render_seconds = 0;
+  l->shown_samples = l->samples;
+  l->shown_time = end;
+  l->is_current = true;
+  return true;
+}
+
+// --- one step -------------------------------------------------------------------------------------
+static LiveOutcome finish(Live *l, bool is_moving, const Cancel *cancel, LiveFrame *out, Err *err)
+{
+  out->is_moving = is_moving;
+  if (show(l, cancel, out, err)) return LIVE_SHOWN;
+  return err->kind == ERR_CANCELLED ? LIVE_WORKED : LIVE_FAILED;
+}
+
+static LiveOutcome broken_off(const Err *err) { return err->kind == ERR_CANCELLED ? LIVE_WORKED : LIVE_FAILED; }
+
+// One step finer, then more samples.
+static LiveOutcome refine(Live *l, const Cancel *interrupt, LiveFrame *out, Err *err)
+{
+  Film *f = l->films[0];
+  const uint32_t all = l->view.end_sample - l->view.first_sample;
+  if (l->level > 0 || !l->samples || !f || f->is_partial) {
+    const int level = l->level > 0 ? l->level - 1 : 0;
+    const uint32_t shift = level > 0 && is_noisy(&l->view) ? l->frame++ % 1024 : 0;
+    if (!begin_level(l, level, l->view.first_sample + shift, 1, interrupt, err)) {
+      l->level = level + (level < LEVEL_COUNT - 1 && err->kind == ERR_CANCELLED); // again from the level before
+      return broken_off(err);
+    }
+    return finish(l, false, interrupt, out, err);
+  }
+  if (l->samples < all) {
+    const uint32_t n = next_pass(l);
+    if (!add_samples(l, f, l->view.first_sample + l->samples, n, interrupt, err)) return broken_off(err);
+    l->samples += n;
+    l->is_current = false;
+    const bool is_due = l->view.step > 0 || l->samples >= all || l->samples >= 2 * l->shown_samples ||
+                        seconds_now() - l->shown_time > SHOW_SECONDS;
+    return is_due ? finish(l, false, interrupt, out, err) : LIVE_WORKED;
+  }
+  return l->is_current ? LIVE_IDLE : finish(l, false, interrupt, out, err);
+}
+
+LiveOutcome live_step(Live *l, const World *w, const LiveView *view, const Cancel *abandon, const Cancel *interrupt,
+                      LiveFrame *out, Err *err)
+{
+  const bool is_changed = l->world != w || live_view_differs(&l->view, view) || l->planes != planes_for(view);
+  if (l->world != w || l->view.settings.integrator != view->settings.integrator) trail_forget(&l->trail);
+  if (!is_changed) {
+    if (shows_differ(&l->view, view) || l->view.end_sample > view->end_sample) l->is_current = false;
+    l->view = *view;
+    return refine(l, interrupt, out, err);
+  }
+  if (!make_room(l, view, err)) return LIVE_FAILED;
+  l->view = *view;
+  l->world = w;
+  l->is_current = false;
+  if (!moving_frame(l, abandon, err)) {
+    l->view.width = 0; // begin anew, whatever comes
+    return broken_off(err);
+  }
+  return finish(l, true, abandon, out, err);
+}
+
+const Film *live_film(const Live *l)
+{
+  return l->level == 0 && l->samples ? l->films[0] : NULL;
+}
