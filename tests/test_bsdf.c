@@ -26,7 +26,7 @@ static SurfaceMaterial material_of(SurfaceKind kind)
                            .opacity_map = no_map,
                            .metallic_map = no_map,
                            .roughness_map = no_map,
-                           .normal_map = no_map,
+                           .normal_map = no_map, .bump_map = no_map,
                            .emission_map = no_map,
                            .specular_map = no_map,
                            .specular_color_map = no_map,
@@ -486,6 +486,36 @@ TEST(a_flat_normal_map_changes_nothing)
   m.normal_scale = 0;
   material_bsdf(&m, &map, &s, towards(0.9f, 0), &b);
   CHECK(v3_length(b.frame.z - s.n) < 1e-6f);
+}
+
+// A plane of heights z = x / 4 and one of 4 x: the first leans as heights do, the second is held above the surface.
+TEST(a_bump_map_leans_the_normal_by_its_slope)
+{
+  static float texel[64 * 64];
+  for (int i = 0; i < 64 * 64; i++) texel[i] = ((float)(i % 64) + 0.5f) / 64;
+  const TextureMap map = {.image = {64, 64, 1, PIXEL_F32, texel},
+                          .uv_map = {{1, 0, 0}, {0, 1, 0}},
+                          .gain = {1, 1, 1},
+                          .alpha_gain = 1};
+  SurfaceMaterial m = pbr(v3_all(1), 0, 0.5f);
+  m.bump_map = (TextureRef){0, 0};
+  m.bump_scale = 0.5f;
+  SurfacePoint s = point_facing_up(false); // y is up; one of u is two metres along x
+  s.uv[0] = (Vec2){0.4f, 0.6f};
+  s.grad_u[0] = v3(0.5f, 0, 0);
+  s.grad_v[0] = v3(0, 0, -0.5f);
+  Bsdf b;
+  material_bsdf(&m, &map, &s, towards(0.9f, 0), &b);
+  CHECK(v3_length(b.frame.z - v3_normalize(v3(-0.25f, 1, 0))) < 1e-5f);
+  m.bump_scale = -0.5f;
+  material_bsdf(&m, &map, &s, towards(0.9f, 0), &b);
+  CHECK(v3_length(b.frame.z - v3_normalize(v3(0.25f, 1, 0))) < 1e-5f);
+  m.bump_scale = 1e6f;
+  for (uint32_t i = 0; i < 200; i++) {
+    const Vec3 wo = towards(unit_float(hash_u32(i)), (float)i);
+    material_bsdf(&m, &map, &s, wo, &b);
+    CHECK(v3_dot(b.frame.z, wo) > 0 && v3_dot(b.frame.z, b.ng) > 0);
+  }
 }
 
 TEST(normals_always_see_the_viewer)

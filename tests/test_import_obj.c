@@ -473,7 +473,7 @@ TEST(map_files_from_elsewhere)
   const Pbr *p = &s->materials.items[0].pbr;
   CHECK(p->base_color_texture == 0 && s->textures.count == 1 && p->emissive_texture == 0);
   CHECK(p->specular_color_texture == -1 && has_note(s, "/etc/passwd"));
-  CHECK(p->normal_texture == -1 && has_note(s, "bump map"));
+  CHECK(p->normal_texture == -1 && p->bump_texture == p->base_color_texture && p->bump_scale == 0.01f);
   CHECK(p->opacity_texture == -1 && p->alpha_mode == ALPHA_OPAQUE && has_note(s, "none.png"));
   CHECK(p->roughness_texture == -1 && has_note(s, "without a file name"));
   scene_destroy(s);

@@ -82,12 +82,12 @@ static Subject file_subject(const char *path)
   return s;
 }
 
-enum { SUBJECT_COUNT = 10 };
+enum { SUBJECT_COUNT = 11 };
 
 static Subject subject(int i)
 {
   static const char *const files[] = {"scenes/cornell.json", "scenes/furnace.json", "scenes/materials.json",
-                                      "scenes/showcase.json", "scenes/tests/tiny.json"};
+                                      "scenes/showcase.json", "scenes/textures.json", "scenes/tests/tiny.json"};
   if (i >= 5) return file_subject(files[i - 5]);
   Subject s = rich_subject();
   if (i == 1) { // a lens with blades

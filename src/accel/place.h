@@ -29,8 +29,8 @@ static inline void accel_footprint(const Accel *a, const TriangleMesh *mesh, con
   s->object_p = frame_point(&i->object_from_world, s->p);
   if (!(width > 0)) return;
   footprint_of_cone(s, ray->d, width);
-  s->object_major = frame_vector(&i->object_from_world, s->major);
-  s->object_scale = v3_length(s->object_major) / v3_length(s->major);
+  s->object_frame = i->object_from_world;
+  s->object_scale = v3_length(frame_vector(&i->object_from_world, s->major)) / v3_length(s->major);
   switch ((InstanceKind)i->kind) {
   case INSTANCE_MESH: footprint_of_triangle(s, mesh, f, hit); return;
   case INSTANCE_SPHERE: footprint_of_sphere(s, f); return;

@@ -48,7 +48,8 @@ typedef struct SurfacePoint {
   uint32_t instance, prim, material; // material: index into the world's
 
   // What only textures ask for (geom/footprint.h); zero: textures are not filtered.
-  Vec3 object_p, object_major; // p and major in the object's own space
+  Vec3 object_p;      // p in the object's own space
+  Frame object_frame; // turns directions into that
   float object_scale; // lengths there for one metre, about
   Vec3 grad_u[2], grad_v[2]; // of both uv sets, per metre along the surface
   Vec3 major, minor;  // how far the ray's cone reaches on the surface: the axes of an ellipse from end to end, metres

@@ -18,7 +18,8 @@ typedef struct TriangleMesh {
   const float *normals;      // 3 a vertex, unit
   const float *texcoords[2]; // 2 a vertex
   const float *colors;       // 4 a vertex, linear
-  const float *tangents;     // 4 a vertex: unit tangent and the bitangent's sign
+  const float *tangents;     // 4 a vertex: unit tangent and the bitangent's sign; or as tangent_of says
+  const uint32_t *tangent_of; // 3 a triangle: index of each corner's tangent; NULL: its vertex's
   const uint32_t *triangles; // 3 vertex indices a triangle
 } TriangleMesh;
 
@@ -126,9 +127,10 @@ static inline void triangle_frame(SurfacePoint *s, const TriangleMesh *m, const 
   }
   Vec3 dpdu = v3_all(0), dpdv = v3_all(0);
   if (m->tangents) {
-    s->tangent = surface_tangent(s->n, frame_vector(at->world_from_object, corners_mix(m->tangents, corner, 4, w)));
+    const uint32_t *of = m->tangent_of ? m->tangent_of + 3 * (size_t)s->prim : corner;
+    s->tangent = surface_tangent(s->n, frame_vector(at->world_from_object, corners_mix(m->tangents, of, 4, w)));
     const float mirrored = frame_determinant(at->world_from_object) < 0 ? -1.0f : 1.0f;
-    s->tangent_sign = copysignf(1, m->tangents[4 * (size_t)corner[0] + 3]) * mirrored * turned;
+    s->tangent_sign = copysignf(1, m->tangents[4 * (size_t)of[0] + 3]) * mirrored * turned;
   } else if (triangle_derivatives(m, 0, corner, e1, e2, &dpdu, &dpdv)) {
     s->tangent = surface_tangent(s->n, frame_vector(at->world_from_object, dpdu));
     const Vec3 bitangent = frame_vector(at->world_from_object, dpdv);

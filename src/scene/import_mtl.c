@@ -15,6 +15,7 @@
 //   emission     Ke * map_Ke
 //   clearcoat    Pc, Pcr
 //   normals      norm, and a bump map whose name says that it is a normal map; -bm is its strength
+//   bump         every other bump map: heights of -bm centimetres
 
 #include "scene/import_mtl.h"
 
@@ -357,19 +358,20 @@ static void set_emission(Library *l, const Mtl *m, Pbr *pbr)
   if (pbr->emissive_texture >= 0 && !(m->has_ke && brightest(m->ke) > 0)) copy_color(pbr->emissive, white, 1);
 }
 
+// A bump map is heights unless its name says that it is a normal map. MTL gives -bm no unit; 1 is what most programs
+// write and none mean as a metre, so it stands for a centimetre here.
 static void set_normals(Library *l, const Mtl *m, Pbr *pbr)
 {
-  const Map *map = &m->maps[MAP_NORMAL];
-  if (!map->file && m->maps[MAP_BUMP].file) {
-    map = &m->maps[MAP_BUMP];
-    if (!is_normal_map_name(map->file)) {
-      note_once(&l->scene->notes, "%s: bump map \"%.200s\" is left out; only normal maps are supported",
-                l->path, map->file);
-      return;
-    }
+  const float metres_of_bm = 0.01f;
+  const Map *normal = &m->maps[MAP_NORMAL], *bump = &m->maps[MAP_BUMP];
+  if (!normal->file && bump->file && is_normal_map_name(bump->file)) {
+    normal = bump;
+  } else if (bump->file) {
+    pbr->bump_texture = map_texture(l, bump);
+    pbr->bump_scale = clamp_f(bump->strength * metres_of_bm, -NO_LIMIT, NO_LIMIT);
   }
-  pbr->normal_texture = map_texture(l, map);
-  pbr->normal_scale = clamp_f(map->strength, -16, 16);
+  pbr->normal_texture = map_texture(l, normal);
+  pbr->normal_scale = clamp_f(normal->strength, -16, 16);
 }
 
 static bool close_material(Library *l, Err *err)

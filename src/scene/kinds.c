@@ -42,6 +42,18 @@ static const Field texture_image_fields[] = {TEXTURE_IMAGE_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER TextureChecker
 static const Field texture_checker_fields[] = {TEXTURE_CHECKER_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER TextureNoise
+static const Field texture_noise_fields[] = {TEXTURE_NOISE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER TextureGradient
+static const Field texture_gradient_fields[] = {TEXTURE_GRADIENT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER TextureBrick
+static const Field texture_brick_fields[] = {TEXTURE_BRICK_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER TextureWave
+static const Field texture_wave_fields[] = {TEXTURE_WAVE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER Pbr
 static const Field pbr_fields[] = {PBR_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -111,6 +123,10 @@ static const Kind sky_kinds[] = {
 static const Kind texture_kinds[] = {
     KIND("image", texture_image_fields, "A picture file."),
     KIND("checker", texture_checker_fields, "Two colours in fields."),
+    KIND("noise", texture_noise_fields, "Clouds of several sizes: gradient noise."),
+    KIND("gradient", texture_gradient_fields, "From one colour to another."),
+    KIND("brick", texture_brick_fields, "A wall of bricks."),
+    KIND("wave", texture_wave_fields, "Soft bands."),
 };
 static const Kind material_kinds[] = {
     KIND("pbr", pbr_fields, "The metallic-roughness model of glTF 2.0 with its common extensions."),

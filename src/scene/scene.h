@@ -134,14 +134,44 @@ FIELD_STRUCT(TextureCommon, TEXTURE_FIELDS);
 #define TEXTURE_CHECKER_FIELDS(F)                                                  \
   F(color, color_a, (0.8, 0.8, 0.8), 0, NO_LIMIT, "", "One colour.")               \
   F(color, color_b, (0.2, 0.2, 0.2), 0, NO_LIMIT, "", "The other; a field is half of uv wide.")
+#define TEXTURE_NOISE_FIELDS(F)                                                                                  \
+  F(choice,  space, 1, 0, 0, "uv|object|world", "What it is laid out in: texture coordinates, or space, which needs none.") \
+  F(real,    size, 1, 1e-6, NO_LIMIT, "", "Width of the largest features: metres, or of uv after its map.")         \
+  F(integer, octaves, 5, 1, 16, "", "Layers of ever finer features.")                                               \
+  F(real,    lacunarity, 2, 1, 8, "", "How much finer each layer is than the last.")                                \
+  F(real,    persistence, 0.5, 0, 1, "", "How strong each layer is beside the last.")                               \
+  F(real,    contrast, 1.5, 0, 100, "", "Above 1 more of the range from color_a to color_b is used.")               \
+  F(integer, seed, 0, 0, 2147483647, "", "Another seed, another noise.")                                            \
+  F(color,   color_a, (0, 0, 0), 0, NO_LIMIT, "", "Where it is low.")                                               \
+  F(color,   color_b, (1, 1, 1), 0, NO_LIMIT, "", "Where it is high.")
+#define TEXTURE_GRADIENT_FIELDS(F)                                                                                \
+  F(choice,  shape, 0, 0, 0, "linear|radial", "Along u from 0 to 1, or from the middle of uv's unit square to its sides.") \
+  F(choice,  wrap, 1, 0, 0, "repeat|clamp|mirror", "What lies beyond.")                                           \
+  F(color,   color_a, (0, 0, 0), 0, NO_LIMIT, "", "Where it begins.")                                             \
+  F(color,   color_b, (1, 1, 1), 0, NO_LIMIT, "", "Where it ends.")
+#define TEXTURE_BRICK_FIELDS(F)                                                                                   \
+  F(real,    length, 2.5, 0.01, 1000, "", "Of a brick with its joint; a course is one of v high, after the uv map.") \
+  F(real,    mortar, 0.12, 0, 1, "", "Thickness of the joints.")                                                  \
+  F(real,    stagger, 0.5, 0, 1, "", "How far every other course is shifted, in bricks.")                         \
+  F(color,   color_a, (0.4, 0.12, 0.07), 0, NO_LIMIT, "", "The bricks.")                                          \
+  F(color,   color_b, (0.6, 0.58, 0.55), 0, NO_LIMIT, "", "The mortar.")
+#define TEXTURE_WAVE_FIELDS(F)                                                                                    \
+  F(color,   color_a, (0, 0, 0), 0, NO_LIMIT, "", "At whole u: one wave is one of u long.")                       \
+  F(color,   color_b, (1, 1, 1), 0, NO_LIMIT, "", "Between; smooth, as a cosine.")
 FIELD_STRUCT(TextureImage, TEXTURE_IMAGE_FIELDS);
 FIELD_STRUCT(TextureChecker, TEXTURE_CHECKER_FIELDS);
+FIELD_STRUCT(TextureNoise, TEXTURE_NOISE_FIELDS);
+FIELD_STRUCT(TextureGradient, TEXTURE_GRADIENT_FIELDS);
+FIELD_STRUCT(TextureBrick, TEXTURE_BRICK_FIELDS);
+FIELD_STRUCT(TextureWave, TEXTURE_WAVE_FIELDS);
 typedef enum { ENCODING_AUTO, ENCODING_SRGB, ENCODING_LINEAR } Encoding;
 typedef enum { WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR } Wrap;
 typedef enum { TEXEL_LINEAR, TEXEL_NEAREST } TexelFilter;
+typedef enum { GRADIENT_LINEAR, GRADIENT_RADIAL } GradientShape;
 typedef enum { MINIFY_ANISOTROPIC, MINIFY_TRILINEAR, MINIFY_OFF } Minify; // shade/ has its own, in the same order
 
-typedef enum TextureKind { TEXTURE_IMAGE, TEXTURE_CHECKER } TextureKind;
+typedef enum TextureKind { TEXTURE_IMAGE, TEXTURE_CHECKER, TEXTURE_NOISE, TEXTURE_GRADIENT, TEXTURE_BRICK,
+                           TEXTURE_WAVE } TextureKind;
 typedef struct Texture {
   const char *name;
   int32_t kind; // TextureKind
@@ -149,6 +179,10 @@ typedef struct Texture {
   union {
     TextureImage image;
     TextureChecker checker;
+    TextureNoise noise;
+    TextureGradient gradient;
+    TextureBrick brick;
+    TextureWave wave;
   };
   // An image inside a model file (GLB, data URI): its encoded bytes, owned by the scene's arena; file is then NULL.
   const uint8_t *embedded;
@@ -160,7 +194,8 @@ typedef struct Texture {
   F(color,   base_color, (0.8, 0.8, 0.8), 0, 1, "", "Albedo of dielectrics, reflectance of metals.")               \
   F(texture, base_color_texture, -1, 0, 0, "", "Multiplies base_color (rgb) and opacity (alpha).")                  \
   F(real,    opacity, 1, 0, 1, "", "Coverage, used by alpha_mode mask and blend.")                                  \
-  F(texture, opacity_texture, -1, 0, 0, "", "Multiplies opacity; its red channel.")                                 \
+  F(texture, opacity_texture, -1, 0, 0, "", "Multiplies opacity.")                                                  \
+  F(choice,  opacity_channel, 0, 0, 0, "r|g|b|a", "The channel of opacity_texture that counts.")                    \
   F(choice,  alpha_mode, 0, 0, 0, "opaque|mask|blend", "Ignore opacity, cut at alpha_cutoff, or let light through in part.") \
   F(real,    alpha_cutoff, 0.5, 0, 1, "", "Below it a masked surface is a hole.")                                   \
   F(real,    metallic, 0, 0, 1, "", "0 a dielectric, 1 a metal.")                                                   \
@@ -171,23 +206,29 @@ typedef struct Texture {
   F(choice,  roughness_channel, 1, 0, 0, "r|g|b|a", "The channel of roughness_texture that counts.")                \
   F(texture, normal_texture, -1, 0, 0, "", "Tangent-space normals, 0..1 stands for -1..1, green up.")               \
   F(real,    normal_scale, 1, -16, 16, "", "Strength of the normal texture.")                                       \
+  F(texture, bump_texture, -1, 0, 0, "", "Heights that bend the normal; the mean of its colour channels.")          \
+  F(real,    bump_scale, 0.01, -NO_LIMIT, NO_LIMIT, "m", "How high 1 of bump_texture is.")                          \
   F(color,   emissive, (0, 0, 0), 0, NO_LIMIT, "", "Emitted colour; radiance is this times emissive_strength.")     \
   F(texture, emissive_texture, -1, 0, 0, "", "Multiplies emissive.")                                                \
   F(real,    emissive_strength, 1, 0, NO_LIMIT, "W/m2sr", "Multiplies emissive.")                                   \
   F(real,    ior, 1.5, 1, 5, "", "Index of refraction of the dielectric.")                                          \
   F(real,    specular, 1, 0, 1, "", "Strength of the dielectric reflection (KHR_materials_specular).")              \
-  F(texture, specular_texture, -1, 0, 0, "", "Multiplies specular; its alpha channel.")                             \
+  F(texture, specular_texture, -1, 0, 0, "", "Multiplies specular.")                                                \
+  F(choice,  specular_channel, 3, 0, 0, "r|g|b|a", "The channel of specular_texture that counts.")                  \
   F(color,   specular_color, (1, 1, 1), 0, NO_LIMIT, "", "Tints the dielectric reflection at normal incidence.")    \
   F(texture, specular_color_texture, -1, 0, 0, "", "Multiplies specular_color.")                                    \
   F(real,    transmission, 0, 0, 1, "", "Part of the base that lets light through instead of scattering it.")       \
-  F(texture, transmission_texture, -1, 0, 0, "", "Multiplies transmission; its red channel.")                       \
+  F(texture, transmission_texture, -1, 0, 0, "", "Multiplies transmission.")                                        \
+  F(choice,  transmission_channel, 0, 0, 0, "r|g|b|a", "The channel of transmission_texture that counts.")          \
   F(flag,    thin_walled, 0, 0, 1, "", "A sheet without inside: light passes straight on.")                         \
   F(color,   attenuation_color, (1, 1, 1), 0, 1, "", "What is left of white light after attenuation_distance inside.") \
   F(real,    attenuation_distance, 0, 0, NO_LIMIT, "m", "0 is clear.")                                              \
   F(real,    clearcoat, 0, 0, 1, "", "A second, clear layer on top (ior 1.5).")                                     \
-  F(texture, clearcoat_texture, -1, 0, 0, "", "Multiplies clearcoat; its red channel.")                             \
+  F(texture, clearcoat_texture, -1, 0, 0, "", "Multiplies clearcoat.")                                              \
+  F(choice,  clearcoat_channel, 0, 0, 0, "r|g|b|a", "The channel of clearcoat_texture that counts.")                \
   F(real,    clearcoat_roughness, 0, 0, 1, "", "Roughness of that layer.")                                          \
-  F(texture, clearcoat_roughness_texture, -1, 0, 0, "", "Multiplies clearcoat_roughness; its green channel.")       \
+  F(texture, clearcoat_roughness_texture, -1, 0, 0, "", "Multiplies clearcoat_roughness.")                          \
+  F(choice,  clearcoat_roughness_channel, 1, 0, 0, "r|g|b|a", "The channel of clearcoat_roughness_texture that counts.") \
   F(flag,    double_sided, 1, 0, 1, "", "False: seen from behind the surface is not there.")
 #define LAMBERT_FIELDS(F)                                                              \
   F(color,   albedo, (0.8, 0.8, 0.8), 0, 1, "", "Part of the light that is scattered.") \

@@ -33,13 +33,34 @@ static inline Vec3 mapped_normal(const SurfaceMaterial *m, const TextureMap *map
   return v3_is_zero(n) || !v3_is_finite(n) ? s->n : n;
 }
 
+static inline float bump_height(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s, Vec3 step)
+{
+  const SurfacePoint moved = texture_moved(s, step);
+  return m->bump_scale * v3_mean(texture_color(maps, m->bump_map, &moved));
+}
+
+// n of a surface raised by the bump map: n less the gradient of the heights along the surface (Mikkelsen 2010, "Bump
+// Mapping Unparametrized Surfaces on the GPU", equation 3). Central differences over what the ray's cone covers, or
+// over a texel where that is more, between which bilinear heights have no slope to speak of.
+static inline Vec3 bumped_normal(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s, Vec3 n)
+{
+  const float step = m->bump_scale == 0 || m->bump_map.map < 0 ? 0 : texture_step(&maps[m->bump_map.map], s);
+  if (!(step > 0 && step < INFINITY)) return n;
+  const Frame f = frame_around(s->ng);
+  const float du = bump_height(m, maps, s, 0.5f * step * f.x) - bump_height(m, maps, s, -0.5f * step * f.x);
+  const float dv = bump_height(m, maps, s, 0.5f * step * f.y) - bump_height(m, maps, s, -0.5f * step * f.y);
+  const Vec3 bumped = v3_normalize(n - (du * f.x + dv * f.y) / step);
+  return v3_is_zero(bumped) || !v3_is_finite(bumped) ? n : bumped;
+}
+
 // Normals on wo's side. The shading normal must see wo, or the surface would be black where it can be seen.
 static inline void bsdf_place(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s,
                               Vec3 wo, Bsdf *b)
 {
   const float side = s->is_back ? -1 : 1;
+  const Vec3 n = bumped_normal(m, maps, s, mapped_normal(m, maps, s));
   b->ng = side * s->ng;
-  b->frame = frame_around(bend_towards(bend_towards(side * mapped_normal(m, maps, s), b->ng), wo));
+  b->frame = frame_around(bend_towards(bend_towards(side * n, b->ng), wo));
 }
 
 // --- the materials ----------------------------------------------------------------------------------

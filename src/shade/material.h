@@ -31,6 +31,8 @@ typedef struct SurfaceMaterial {
   float metallic, roughness, ior, specular, transmission;
   float clearcoat, clearcoat_roughness;
   float normal_scale;
+  float bump_scale;    // metres
+  TextureRef bump_map;
   TextureRef color_map, opacity_map, metallic_map, roughness_map, normal_map, emission_map, specular_map,
       specular_color_map, transmission_map, clearcoat_map, clearcoat_roughness_map;
 } SurfaceMaterial;

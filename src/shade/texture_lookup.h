@@ -162,10 +162,11 @@ static inline float texture_solid(const TextureMap *t, const SurfacePoint *s)
   const Vec3 p = is_object ? s->object_p : s->p;
   if (t->minify == TEXTURE_UNFILTERED || v3_is_zero(s->minor)) return pattern_noise(t, p, 0);
   const float scale = is_object ? s->object_scale : 1;
-  float width, sum = 0;
-  const int count = spot_probes((TextureMinify)t->minify, scale * v3_length(s->major), scale * v3_length(s->minor),
-                                0.25f / t->frequency, &width);
-  const Vec3 step = is_object ? s->object_major : s->major;
+  const float length = scale * v3_length(s->major), across = scale * v3_length(s->minor);
+  float least, sum = 0;
+  const int count = spot_probes((TextureMinify)t->minify, length, across, 0.05f / t->frequency, &least);
+  const float width = max_f(across, length / (float)count);
+  const Vec3 step = is_object ? frame_vector(&s->object_frame, s->major) : s->major;
   for (int i = 0; i < count; i++) sum += pattern_noise(t, p + probe_place(i, count) * step, width);
   return sum / (float)count;
 }
@@ -186,6 +187,38 @@ static inline void texture_lookup(const TextureMap *t, const SurfacePoint *s, fl
   }
   v3_store(rgba, texel.rgb);
   rgba[3] = texel.alpha;
+}
+
+// --- places beside one another ------------------------------------------------------------------------
+// The place `step` (world space, along the surface) from s, as textures see it.
+static inline SurfacePoint texture_moved(const SurfacePoint *s, Vec3 step)
+{
+  SurfacePoint moved = *s;
+  moved.p += step;
+  moved.object_p += frame_vector(&s->object_frame, step);
+  for (int i = 0; i < 2; i++) {
+    moved.uv[i].x += v3_dot(s->grad_u[i], step);
+    moved.uv[i].y += v3_dot(s->grad_v[i], step);
+  }
+  return moved;
+}
+
+// The step in metres over which a texture's slope is taken: about what a ray covers, but a texel at least, and of
+// patterns a hundredth of a unit, of noise a quarter of its finest feature. 0: unknown.
+static inline float texture_step(const TextureMap *t, const SurfacePoint *s)
+{
+  const float covered = sqrtf(v3_length(s->major) * v3_length(s->minor));
+  if (t->kind == TEXTURE_MAP_NOISE && t->space != TEXTURE_UV) {
+    float finest = 1 / t->frequency;
+    for (int32_t i = 1; i < t->octaves; i++) finest /= t->lacunarity;
+    return max_f(covered, 0.25f * finest / (t->space == TEXTURE_OBJECT ? s->object_scale : 1));
+  }
+  const bool is_picture = t->kind == TEXTURE_MAP_IMAGE;
+  const Vec2 scale = is_picture ? (Vec2){(float)t->image.width, (float)t->image.height} : (Vec2){100, 100};
+  const Frame f = frame_around(s->ng);
+  const Vec2 a = texture_axis(t, s, f.x, scale), b = texture_axis(t, s, f.y, scale); // texels a metre
+  const float most = sqrtf(max_f(a.x * a.x + a.y * a.y, b.x * b.x + b.y * b.y));
+  return most > 0 ? max_f(covered, 1 / most) : 0;
 }
 
 // What a reference gives to multiply a factor with: 1 where there is no texture.

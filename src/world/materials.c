@@ -33,6 +33,27 @@ static bool image_source(Prepare *p, const Scene *scene, const Texture *t, int32
   return *part >= 0 || prepare_failed_memory(p);
 }
 
+static void two_colors(TextureMap *m, const float a[3], const float b[3])
+{
+  for (int i = 0; i < 3; i++) {
+    m->color_a[i] = a[i];
+    m->color_b[i] = b[i];
+  }
+}
+
+static void make_noise(TextureMap *m, const TextureNoise *n)
+{
+  m->kind = TEXTURE_MAP_NOISE;
+  m->space = (uint8_t)n->space;
+  m->frequency = 1 / n->size;
+  m->octaves = n->octaves;
+  m->lacunarity = n->lacunarity;
+  m->persistence = n->persistence;
+  m->contrast = n->contrast;
+  m->seed = (uint32_t)n->seed;
+  two_colors(m, n->color_a, n->color_b);
+}
+
 static bool make_map(Prepare *p, const Scene *scene, const Texture *t, bool is_color, int32_t *map)
 {
   TextureMap m = {.texcoord = (uint8_t)t->common.texcoord};
@@ -57,10 +78,25 @@ static bool make_map(Prepare *p, const Scene *scene, const Texture *t, bool is_c
   }
   case TEXTURE_CHECKER:
     m.kind = TEXTURE_MAP_CHECKER;
-    for (int i = 0; i < 3; i++) {
-      m.color_a[i] = t->checker.color_a[i];
-      m.color_b[i] = t->checker.color_b[i];
-    }
+    two_colors(&m, t->checker.color_a, t->checker.color_b);
+    break;
+  case TEXTURE_NOISE: make_noise(&m, &t->noise); break;
+  case TEXTURE_GRADIENT:
+    m.kind = TEXTURE_MAP_GRADIENT;
+    m.is_radial = t->gradient.shape == GRADIENT_RADIAL;
+    m.wrap_u = (uint8_t)t->gradient.wrap;
+    two_colors(&m, t->gradient.color_a, t->gradient.color_b);
+    break;
+  case TEXTURE_BRICK:
+    m.kind = TEXTURE_MAP_BRICK;
+    m.length = t->brick.length;
+    m.mortar = t->brick.mortar;
+    m.stagger = t->brick.stagger;
+    two_colors(&m, t->brick.color_a, t->brick.color_b);
+    break;
+  case TEXTURE_WAVE:
+    m.kind = TEXTURE_MAP_WAVE;
+    two_colors(&m, t->wave.color_a, t->wave.color_b);
     break;
   }
   const int32_t no_mips = -1;
@@ -128,7 +164,7 @@ SurfaceMaterial surface_default(void)
   return (SurfaceMaterial){
       .kind = SURFACE_PBR, .is_double_sided = true, .color = v3_all(0.8f), .specular_color = v3_all(1), .opacity = 1,
       .alpha_cutoff = 0.5f, .roughness = 0.5f, .ior = 1.5f, .specular = 1, .normal_scale = 1, .color_map = none,
-      .opacity_map = none, .metallic_map = none, .roughness_map = none, .normal_map = none, .emission_map = none,
+      .opacity_map = none, .metallic_map = none, .roughness_map = none, .normal_map = none, .bump_map = none, .emission_map = none,
       .specular_map = none, .specular_color_map = none, .transmission_map = none, .clearcoat_map = none,
       .clearcoat_roughness_map = none};
 }
@@ -156,19 +192,21 @@ static SurfaceMaterial from_pbr(Prepare *p, Source *source, const Pbr *m, bool *
   s.clearcoat_roughness = m->clearcoat_roughness;
   s.normal_scale = m->normal_scale;
   s.color_map = (TextureRef){prepare_texture(p, source, m->base_color_texture, true, ok), 0};
-  s.opacity_map = (TextureRef){prepare_texture(p, source, m->opacity_texture, false, ok), 0};
+  s.opacity_map = (TextureRef){prepare_texture(p, source, m->opacity_texture, false, ok), (uint8_t)m->opacity_channel};
   s.metallic_map =
       (TextureRef){prepare_texture(p, source, m->metallic_texture, false, ok), (uint8_t)m->metallic_channel};
   s.roughness_map =
       (TextureRef){prepare_texture(p, source, m->roughness_texture, false, ok), (uint8_t)m->roughness_channel};
   s.normal_map = (TextureRef){prepare_texture(p, source, m->normal_texture, false, ok), 0};
+  s.bump_map = (TextureRef){prepare_texture(p, source, m->bump_texture, false, ok), 0};
+  s.bump_scale = m->bump_scale;
   s.emission_map = (TextureRef){prepare_texture(p, source, m->emissive_texture, true, ok), 0};
-  s.specular_map = (TextureRef){prepare_texture(p, source, m->specular_texture, false, ok), 3};
+  s.specular_map = (TextureRef){prepare_texture(p, source, m->specular_texture, false, ok), (uint8_t)m->specular_channel};
   s.specular_color_map = (TextureRef){prepare_texture(p, source, m->specular_color_texture, true, ok), 0};
-  s.transmission_map = (TextureRef){prepare_texture(p, source, m->transmission_texture, false, ok), 0};
-  s.clearcoat_map = (TextureRef){prepare_texture(p, source, m->clearcoat_texture, false, ok), 0};
+  s.transmission_map = (TextureRef){prepare_texture(p, source, m->transmission_texture, false, ok), (uint8_t)m->transmission_channel};
+  s.clearcoat_map = (TextureRef){prepare_texture(p, source, m->clearcoat_texture, false, ok), (uint8_t)m->clearcoat_channel};
   s.clearcoat_roughness_map =
-      (TextureRef){prepare_texture(p, source, m->clearcoat_roughness_texture, false, ok), 1};
+      (TextureRef){prepare_texture(p, source, m->clearcoat_roughness_texture, false, ok), (uint8_t)m->clearcoat_roughness_channel};
   return s;
 }
 

@@ -25,6 +25,7 @@ void parts_finish(WorldParts *p)
     mesh_data_release(p->meshes.items[i].data);
     mesh_tree_release(p->meshes.items[i].tree);
     mesh_tree_release(p->meshes.items[i].old);
+    tangents_release(p->meshes.items[i].tangents);
   }
   for (size_t i = 0; i < p->images.count; i++) image_part_release(p->images.items[i]);
   array_finish(&p->meshes);
@@ -105,7 +106,10 @@ int32_t parts_add_mesh(WorldParts *p, const WorldParts *previous, MeshData *data
     return -1;
   MeshPart part = {.data = mesh_data_share(data)};
   const int32_t same = find_mesh(previous, data), unmoved = same >= 0 ? -1 : find_unmoved(previous, data);
-  if (same >= 0) part.tree = share_tree(p, previous, same);
+  if (same >= 0) {
+    part.tree = share_tree(p, previous, same);
+    part.tangents = tangents_share(previous->meshes.items[same].tangents);
+  }
   if (unmoved >= 0) part.old = share_tree(p, previous, unmoved);
   array_push(&p->meshes, part);
   return next;

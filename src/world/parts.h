@@ -9,6 +9,7 @@
 #include "base/err.h"
 #include "base/jobs.h"
 #include "base/table.h"
+#include "geom/tangents.h"
 #include "image/mips.h"
 #include "scene/scene.h"
 
@@ -16,6 +17,8 @@ typedef struct MeshPart {
   MeshData *data; // shared
   MeshTree *tree; // shared; NULL until built. A compact one reads the data's arrays, so the two go together
   MeshTree *old;  // shared; of the same triangles in the world before, to be followed by this one's; NULL: none
+  Tangents *tangents; // shared; of a mesh that has none and wears a normal map; NULL: none made
+  bool has_set_tangents; // by the world being made
 } MeshPart;
 
 typedef struct ImagePart {

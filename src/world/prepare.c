@@ -72,6 +72,7 @@ static bool build_accel(Prepare *p)
     const MeshData *m = p->parts->meshes.items[i].data;
     w->unique_triangle_count += m->triangle_count;
     w->tree_bytes += mesh_tree_bytes(p->parts->meshes.items[i].tree);
+    if (p->parts->meshes.items[i].tangents) w->geometry_bytes += p->parts->meshes.items[i].tangents->size;
     w->geometry_bytes += 12 * m->triangle_count +
                          (12 + (m->normals ? 12u : 0u) + (m->texcoords[0] ? 8u : 0u) +
                           (m->texcoords[1] ? 8u : 0u) + (m->colors ? 16u : 0u) + (m->tangents ? 16u : 0u)) *
@@ -87,6 +88,7 @@ static bool run_steps(Prepare *p)
   if (!parts_make(p->parts, p->jobs, p->cancel, p->err)) return false;
   if (!prepare_texture_pixels(p)) return false;
   set_filters(p);
+  if (!prepare_tangents(p)) return false;
   return prepare_emitters(p) && build_accel(p) && lay_down(p) && prepare_light_set(p);
 }
 

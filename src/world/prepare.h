@@ -47,6 +47,8 @@ bool prepare_failed_memory(Prepare *p); // records "not enough memory" and retur
 int32_t prepare_texture(Prepare *p, Source *source, int32_t texture, bool is_color, bool *ok);
 bool prepare_texture_pixels(Prepare *p); // after parts_make: hands the maps their pixels and mips
 
+bool prepare_tangents(Prepare *p);       // of instances that wear normal maps and have none
+
 // Materials of one source, appended in order.
 bool prepare_materials(Prepare *p, Source *source);
 bool prepare_add_material(Prepare *p, const SurfaceMaterial *m, const char *name); // name may be NULL
