@@ -1,5 +1,6 @@
 // What is done with a hostile file, in the fuzzer and in the test that replays its findings: everything the program
-// would do. A model or scene is loaded, described, prepared and rendered in 64 rays; a picture becomes a sky.
+// would do. A model or scene is loaded, described, prepared and rendered in 64 rays; a picture becomes a sky, a lamp's
+// file a lamp.
 
 #ifndef RAYFOLD_TESTS_FUZZ_H
 #define RAYFOLD_TESTS_FUZZ_H
@@ -13,7 +14,7 @@
 #include <unistd.h>
 
 static const char *const fuzz_scenes[] = {"obj", "mtl", "gltf", "glb", "ply", "stl", "json", "rfm"};
-static const char *const fuzz_pictures[] = {"png", "jpg", "hdr", "exr", "webp", "pfm"};
+static const char *const fuzz_pictures[] = {"png", "jpg", "hdr", "exr", "webp", "pfm", "ies"};
 
 typedef struct Fuzz {
   rf_engine *engine;
@@ -46,7 +47,10 @@ static inline void fuzz_begin(Fuzz *f, const char *format)
   f->engine = rf_engine_create(&def);
   strcpy(f->folder, "/tmp/rayfold-fuzz-XXXXXX");
   if (!f->engine || !mkdtemp(f->folder)) abort();
-  if (fuzz_is_picture(format))
+  if (!strcmp(format, "ies"))
+    strcpy(text, "{\"rayfold\": 1, \"lights\": [{\"kind\": \"point\", \"ies\": \"input.ies\"}],"
+                 " \"objects\": [{\"shape\": {\"kind\": \"sphere\"}}]}");
+  else if (fuzz_is_picture(format))
     snprintf(text, sizeof text, "{\"rayfold\": 1, \"sky\": {\"kind\": \"image\", \"file\": \"input.%s\"}}",
              format);
   else

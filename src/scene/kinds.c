@@ -33,6 +33,9 @@ static const Field sky_gradient_fields[] = {SKY_GRADIENT_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER SkyImage
 static const Field sky_image_fields[] = {SKY_IMAGE_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER SkySun
+static const Field sky_sun_fields[] = {SKY_SUN_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER TextureCommon
 static const Field texture_fields[] = {TEXTURE_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -118,7 +121,8 @@ static const Kind camera_kinds[] = {
 static const Kind sky_kinds[] = {
     KIND("constant", sky_constant_fields, "The same from everywhere."),
     KIND("gradient", sky_gradient_fields, "From ground over horizon to zenith."),
-    KIND("image", sky_image_fields, "A panorama, sampled by its brightness."),
+    KIND("image", sky_image_fields, "A picture of all directions, sampled by its brightness."),
+    KIND("sun_sky", sky_sun_fields, "The clear sky of any hour, with its sun."),
 };
 static const Kind texture_kinds[] = {
     KIND("image", texture_image_fields, "A picture file."),

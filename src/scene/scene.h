@@ -96,20 +96,35 @@ typedef struct Camera {
   F(color, ground, (0.3, 0.28, 0.25), 0, NO_LIMIT, "W/m2sr", "Radiance straight down.")   \
   F(real,  gain, 1, 0, NO_LIMIT, "", "Multiplies all three.")
 #define SKY_IMAGE_FIELDS(F)                                                                                          \
-  F(file,  file, NULL, 0, 0, "", "An equirectangular picture, twice as wide as high; its centre is at -z.")          \
+  F(file,  file, NULL, 0, 0, "", "A picture of all directions; its centre is at -z.")                                \
+  F(choice, layout, 0, 0, 0, "panorama|cross", "An equirectangular picture, twice as wide as high; or the six sides of a cube as a cross, 4:3 lying or 3:4 standing.") \
   F(real,  rotation, 0, -360, 360, "deg", "Turns the sky about the y axis, counter-clockwise seen from above.")      \
   F(real,  gain, 1, 0, NO_LIMIT, "", "Multiplies the picture.")
+#define SKY_SUN_FIELDS(F)                                                                                            \
+  F(real,  elevation, 35, -90, 90, "deg", "Of the sun's centre above the horizon; below -18 it is night.")           \
+  F(real,  azimuth, 45, -360, 360, "deg", "Where the sun stands: 0 is -z, 90 is +x.")                                \
+  F(real,  sun_size, 0.53, 0, 90, "deg", "Diameter of the sun's disk; 0 gives hard shadows.")                        \
+  F(real,  sun_intensity, 1, 0, NO_LIMIT, "", "Multiplies the sun's own light; 0 leaves the sky alone.")             \
+  F(real,  air, 1, 0, 20, "", "Density of air: 0 is a black sky, 1 a clear day.")                                    \
+  F(real,  dust, 1, 0, 50, "", "Density of dust and haze: 1 is a clear day, 5 hazy (turbidity).")                    \
+  F(real,  ozone, 1, 0, 20, "", "Density of ozone, which keeps the sky blue at dusk.")                               \
+  F(real,  altitude, 0, 0, 60000, "m", "Of the eye above the ground.")                                               \
+  F(color, albedo, (0.3, 0.3, 0.3), 0, 1, "", "Of the ground, which is seen below the horizon and lights the air.")   \
+  F(real,  gain, 1, 0, NO_LIMIT, "", "Multiplies sun and sky; at 1 sunlight is 4 W/m2 above the air.")
 FIELD_STRUCT(SkyConstant, SKY_CONSTANT_FIELDS);
 FIELD_STRUCT(SkyGradient, SKY_GRADIENT_FIELDS);
 FIELD_STRUCT(SkyImage, SKY_IMAGE_FIELDS);
+FIELD_STRUCT(SkySun, SKY_SUN_FIELDS);
+typedef enum { LAYOUT_PANORAMA, LAYOUT_CROSS } SkyLayout;
 
-typedef enum SkyKind { SKY_CONSTANT, SKY_GRADIENT, SKY_IMAGE } SkyKind;
+typedef enum SkyKind { SKY_CONSTANT, SKY_GRADIENT, SKY_IMAGE, SKY_SUN } SkyKind;
 typedef struct Sky {
   int32_t kind; // SkyKind
   union {
     SkyConstant constant;
     SkyGradient gradient;
     SkyImage image;
+    SkySun sun;
   };
 } Sky;
 
@@ -357,13 +372,17 @@ typedef struct Object {
 // --- lights -------------------------------------------------------------------------------------
 #define LIGHT_POINT_FIELDS(F)                                                              \
   F(vec3,  position, (0, 3, 0), -NO_LIMIT, NO_LIMIT, "m", "Where it is.")                  \
-  F(color, intensity, (10, 10, 10), 0, NO_LIMIT, "W/sr", "Radiant intensity.")
+  F(color, intensity, (10, 10, 10), 0, NO_LIMIT, "W/sr", "Radiant intensity; with a file, in its brightest direction.") \
+  F(file,  ies, NULL, 0, 0, "", "An IES file: a lamp's measured distribution, hanging down.") \
+  F(real,  ies_rotation, 0, -360, 360, "deg", "Turns it, counter-clockwise seen from above; at 0 its horizontal angle 0 is at +x.")
 #define LIGHT_SPOT_FIELDS(F)                                                               \
   F(vec3,  position, (0, 3, 0), -NO_LIMIT, NO_LIMIT, "m", "Where it is.")                  \
   F(vec3,  target, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "The point it is aimed at.")       \
   F(color, intensity, (10, 10, 10), 0, NO_LIMIT, "W/sr", "Radiant intensity in the middle.") \
   F(real,  angle, 45, 0.01, 90, "deg", "From the middle of the cone to its edge.")         \
-  F(real,  inner_angle, 0, 0, 90, "deg", "From the middle to where it begins to fade.")
+  F(real,  inner_angle, 0, 0, 90, "deg", "From the middle to where it begins to fade.") \
+  F(file,  ies, NULL, 0, 0, "", "An IES file: a lamp's measured distribution around the aim, within the cone.") \
+  F(real,  ies_rotation, 0, -360, 360, "deg", "Turns it about the aim.")
 #define LIGHT_SUN_FIELDS(F)                                                                         \
   F(vec3,  direction, (0, 1, 0), -NO_LIMIT, NO_LIMIT, "", "From the scene to the sun.")             \
   F(color, irradiance, (3, 3, 3), 0, NO_LIMIT, "W/m2", "On a surface that faces it.")               \

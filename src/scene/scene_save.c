@@ -177,7 +177,8 @@ static const char *picture_extension(const uint8_t *bytes, size_t size)
                  {"\xff\xd8\xff", ".jpg", 3},
                  {"RIFF", ".webp", 4},
                  {"#?", ".hdr", 2},
-                 {"\x76\x2f\x31\x01", ".exr", 4}};
+                 {"\x76\x2f\x31\x01", ".exr", 4},
+                 {"IESNA", ".ies", 5}};
   for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
     if (size >= formats[i].length && !memcmp(bytes, formats[i].magic, formats[i].length))
       return formats[i].extension;
@@ -277,6 +278,10 @@ static bool bring_pictures(Saver *s, const Group *g, const void *from, void *to)
                          &((Texture *)to)->image.file);
   if (g == &group_sky && ((Sky *)to)->kind == SKY_IMAGE)
     return bring_picture(s, "sky", ((const Sky *)from)->image.file, &((Sky *)to)->image.file);
+  if (g == &group_light && ((Light *)to)->kind == LIGHT_POINT)
+    return bring_picture(s, "lamp", ((const Light *)from)->point.ies, &((Light *)to)->point.ies);
+  if (g == &group_light && ((Light *)to)->kind == LIGHT_SPOT)
+    return bring_picture(s, "lamp", ((const Light *)from)->spot.ies, &((Light *)to)->spot.ies);
   return true;
 }
 

@@ -150,7 +150,7 @@ static void put_required(Text *out, const Group *g, const Kind *k, bool is_mesh)
   if (g->has_kind && !(g->kind_optional && k == g->kinds)) text_add(out, "\"kind\""), comma = ",";
   if (g->nested) text_add(out, "%s\"%s\"", comma, g->nested->name), comma = ",";
   for (size_t i = 0; i < k->field_count; i++)
-    if (k->fields[i].type == FIELD_file && !is_mesh) text_add(out, "%s\"%s\"", comma, k->fields[i].name);
+    if (k->fields[i].type == FIELD_file && !is_mesh && g != &group_light) text_add(out, "%s\"%s\"", comma, k->fields[i].name);
   text_add(out, "]");
   if (!is_mesh) return;
   text_add(out, ",\"oneOf\":[{\"required\":[\"%s\"]},{\"required\":[\"%s\",\"%s\"]}]", k->fields[0].name,

@@ -86,7 +86,7 @@ static void add_texels(const SkyMap *sky, double *cells)
   const Image *img = &sky->image;
   const int64_t last = (int64_t)img->height - 1;
   for (uint32_t y = 0; y < img->height; y++) {
-    const double weight = sin(3.14159265358979323846 * ((double)y + 0.5) / img->height);
+    const double weight = (double)sky_row_weight(sky, ((float)y + 0.5f) / (float)img->height);
     double *rows[3];
     for (int k = 0; k < 3; k++) {
       const int64_t near = (int64_t)y + k - 1, inside = near < 0 ? 0 : near > last ? last : near;

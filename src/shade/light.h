@@ -23,13 +23,21 @@ typedef enum EmitterKind {
   EMITTER_SPHERE,
 } EmitterKind;
 
+// A lamp's distribution by angles (degrees, ascending): value[h * vertical_count + v], 1 in the brightest direction.
+typedef struct LightProfile {
+  uint32_t vertical_count, horizontal_count; // one horizontal angle: all planes are alike
+  const float *vertical, *horizontal;        // from the axis; around it
+  const float *value;
+} LightProfile;
+
 // In world space. Area emitters radiate `color` (times their texture) from the side of their normal
 // cross(x, y), or from both if is_two_sided.
 typedef struct Emitter {
   uint8_t kind;
   bool is_two_sided;
   Vec3 p;       // point, spot, disk, sphere: centre; triangle: first vertex; quad: a corner
-  Vec3 x, y;    // triangle: edges from p; quad: sides from p; disk: radius vectors; spot: x is the unit axis
+  Vec3 x, y;    // triangle: edges from p; quad: sides from p; disk: radius vectors; spot, profile: x is the unit axis
+                // and y the unit direction of the profile's horizontal angle 0
   Vec3 color;   // radiance, or intensity of points and spots
   float radius; // sphere
   float cos_outer, cos_inner; // spot
@@ -38,7 +46,8 @@ typedef struct Emitter {
   // Of a triangle's vertices, for its map (already the map's uv set). A quad's go 0..1 along x and y; a disk's are
   // 0.5 + half its radius vectors' weights.
   float uv[3][2];
-  float mean_map; // mean luminance of the map (1 without one), for the choice by power
+  float mean_map; // mean luminance of the map or the profile (1 without one), for the choice by power
+  uint32_t profile; // of points and spots: index into the set's profiles plus one, 0 none
 } Emitter;
 
 typedef struct Sun {
@@ -59,6 +68,9 @@ typedef struct SkyMap {
   Image image;                 // equirectangular, float or half rgb, not owned
   float gain;                  // multiplies every kind
   float rotation;              // radians, counter-clockwise seen from above
+  // Of an image: 0: its rows are at equal angles; else they crowd at this angle from the zenith (radians), half of
+  // them above it, their distance from it growing with the square.
+  float horizon_angle;
   // Piecewise-constant density over grid_width x grid_height equal cells of the image's (u, v) rectangle.
   uint32_t grid_width, grid_height;
   float *row_cdf;  // grid_height + 1, owned by the LightSet's arena
@@ -72,6 +84,7 @@ typedef struct LightSet {
   size_t emitter_count;
   Sun *suns;
   size_t sun_count;
+  const LightProfile *profiles; // not owned, set by whoever builds the set
   SkyMap sky;
 } LightSet; // zero has no lights and a black sky
 

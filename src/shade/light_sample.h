@@ -154,7 +154,43 @@ static inline float spot_falloff(const Emitter *e, float cosine)
   return t * t * (3 - 2 * t);
 }
 
-static inline bool point_sample(const Emitter *e, Vec3 p, LightSample *out)
+// The step of ascending angles that `at` falls into, and how far; beyond the ends they are held.
+static inline uint32_t profile_step(const float *angles, uint32_t count, float at, float *rest)
+{
+  uint32_t low = 0, high = count - 1;
+  while (high - low > 1) {
+    const uint32_t middle = (low + high) / 2;
+    if (angles[middle] <= at)
+      low = middle;
+    else
+      high = middle;
+  }
+  *rest = high > low ? clamp_f((at - angles[low]) / (angles[high] - angles[low]), 0, 1) : 0;
+  return low;
+}
+
+// Linear between the file's angles, in degrees; nothing outside its vertical ones.
+static inline float profile_value(const LightProfile *f, float vertical, float horizontal)
+{
+  const uint32_t rows = f->vertical_count;
+  if (vertical < f->vertical[0] || vertical > f->vertical[rows - 1]) return 0;
+  float across, around;
+  const uint32_t v = profile_step(f->vertical, rows, vertical, &across);
+  const uint32_t h = profile_step(f->horizontal, f->horizontal_count, horizontal, &around);
+  const float *a = f->value + (size_t)h * rows + v, *b = f->horizontal_count > 1 ? a + rows : a;
+  return (1 - around) * ((1 - across) * a[0] + across * a[1]) + around * ((1 - across) * b[0] + across * b[1]);
+}
+
+// What a profile leaves of the light that goes along unit d, away from the lamp.
+static inline float emitter_profile(const LightSet *set, const Emitter *e, Vec3 d)
+{
+  if (!e->profile) return 1;
+  const float degrees = 180 / PI, turn = f_atan2(v3_dot(d, v3_cross(e->y, e->x)), v3_dot(d, e->y)) * degrees;
+  return profile_value(&set->profiles[e->profile - 1], f_acos(clamp_f(v3_dot(d, e->x), -1, 1)) * degrees,
+                       turn < 0 ? turn + 360 : turn);
+}
+
+static inline bool point_sample(const LightSet *set, const Emitter *e, Vec3 p, LightSample *out)
 {
   const Vec3 d = e->p - p;
   out->distance = v3_length(d);
@@ -162,6 +198,7 @@ static inline bool point_sample(const Emitter *e, Vec3 p, LightSample *out)
   out->wl = d / out->distance;
   out->radiance = e->color / (out->distance * out->distance);
   if (e->kind == EMITTER_SPOT) out->radiance = out->radiance * spot_falloff(e, -v3_dot(out->wl, e->x));
+  out->radiance = out->radiance * emitter_profile(set, e, -out->wl);
   out->is_delta = true;
   out->pdf = 1;
   return !v3_is_zero(out->radiance);
@@ -177,7 +214,7 @@ static inline bool emitter_sample(const LightSet *set, const TextureMap *maps, V
   bool ok = false;
   switch ((EmitterKind)e->kind) {
   case EMITTER_POINT:
-  case EMITTER_SPOT: ok = point_sample(e, p, out); break;
+  case EMITTER_SPOT: ok = point_sample(set, e, p, out); break;
   case EMITTER_TRIANGLE:
   case EMITTER_QUAD:
   case EMITTER_DISK: ok = flat_sample(e, maps, p, u, out); break;
@@ -260,19 +297,40 @@ static inline Vec3 sky_gradient(const SkyMap *sky, float y)
                 : v3_mix(sky->horizon, sky->ground, min_f(-y, 1));
 }
 
+// Rows of the panorama: an angle from the zenith to v and back, and solid angle over (u, v).
+static inline float sky_row(const SkyMap *sky, float theta)
+{
+  const float h = sky->horizon_angle;
+  if (h == 0) return theta / PI;
+  return theta < h ? 0.5f - 0.5f * safe_sqrt(1 - theta / h) : 0.5f + 0.5f * safe_sqrt((theta - h) / (PI - h));
+}
+
+static inline float sky_theta(const SkyMap *sky, float v)
+{
+  const float h = sky->horizon_angle, part = 2 * v - 1;
+  if (h == 0) return v * PI;
+  return part < 0 ? h * (1 - part * part) : h + (PI - h) * (part * part);
+}
+
+static inline float sky_row_weight(const SkyMap *sky, float v)
+{
+  const float h = sky->horizon_angle, part = 2 * v - 1, sine = f_sin(sky_theta(sky, v));
+  return h == 0 ? 2 * PI * PI * sine : 8 * PI * sine * (part < 0 ? -part * h : part * (PI - h));
+}
+
 // Where a direction lies in the panorama: u runs right with -z in the middle, v down from the zenith; 0..1.
 static inline Vec2 sky_uv(const SkyMap *sky, Vec3 d)
 {
   const float turn = (f_atan2(d[0], -d[2]) + sky->rotation) / (2 * PI);
   const float u = 0.5f + turn;
-  return (Vec2){min_f(u - floorf(u), 0x1.fffffep-1f), clamp_f(f_acos(d[1]) / PI, 0, 0x1.fffffep-1f)};
+  return (Vec2){min_f(u - floorf(u), 0x1.fffffep-1f), clamp_f(sky_row(sky, f_acos(d[1])), 0, 0x1.fffffep-1f)};
 }
 
 static inline Vec3 sky_direction(const SkyMap *sky, Vec2 uv)
 {
   float sin_phi, cos_phi, sin_theta, cos_theta;
   f_sincos((uv.x - 0.5f) * 2 * PI - sky->rotation, &sin_phi, &cos_phi);
-  f_sincos(uv.y * PI, &sin_theta, &cos_theta);
+  f_sincos(sky_theta(sky, uv.y), &sin_theta, &cos_theta);
   return v3(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
 }
 
@@ -301,7 +359,8 @@ static inline Vec3 sky_radiance(const SkyMap *sky, Vec3 d)
   unreachable();
 }
 
-// Density per solid angle: that of (u, v) over the Jacobian 2 pi^2 sin theta (pbrt, "Infinite area lights").
+// Density per solid angle: that of (u, v) over the Jacobian, for rows at equal angles 2 pi^2 sin theta (pbrt, "Infinite
+// area lights").
 static inline float sky_grid_pdf(const SkyMap *sky, Vec2 uv)
 {
   const size_t width = sky->grid_width, height = sky->grid_height;
@@ -309,8 +368,8 @@ static inline float sky_grid_pdf(const SkyMap *sky, Vec2 uv)
   const size_t y = (size_t)min_f(uv.y * (float)height, (float)(height - 1));
   const float *row = sky->cell_cdf + y * (width + 1);
   const float p = (sky->row_cdf[y + 1] - sky->row_cdf[y]) * (row[x + 1] - row[x]);
-  const float sin_theta = f_sin(uv.y * PI);
-  return sin_theta > 0 ? p * (float)(width * height) / (2 * PI * PI * sin_theta) : 0;
+  const float weight = sky_row_weight(sky, uv.y);
+  return weight > 0 ? p * (float)(width * height) / weight : 0;
 }
 
 static inline float sky_pdf(const SkyMap *sky, Vec3 d)

@@ -1,6 +1,8 @@
 // From lights and shining surfaces to emitters that can be aimed at. An area light is a real thing: an instance with
 // an emissive material that is there from its front only.
 
+#include "scene/ies.h"
+#include "shade/light_sample.h"
 #include "world/prepare.h"
 
 #include <string.h>
@@ -39,41 +41,123 @@ static bool add_area(Prepare *p, const Frame *frame, InstanceKind kind, float si
   return prepare_add_instance(p, &i, &w, -1);
 }
 
-static bool add_sun(Prepare *p, const LightSun *l, const Frame *frame)
+bool prepare_add_sun(Prepare *p, const float direction[3], Vec3 irradiance, float angle)
 {
-  const Vec3 d = v3_normalize(frame_vector(frame, v3_load(l->direction)));
+  const Vec3 d = v3_normalize(v3_load(direction));
   if (v3_is_zero(d)) return err_set(p->err, ERR_BAD_SCENE, "a sun's direction is zero; let it point to the sun");
-  const double radius = radians(l->angle) / 2, one_minus_cos = 2 * pow(sin(radius / 2), 2);
+  const double radius = radians(angle) / 2, one_minus_cos = 2 * pow(sin(radius / 2), 2);
   // Below a thousandth of a degree the disk's solid angle drowns in rounding, and nobody sees it.
-  const bool is_point = l->angle < 1e-3f;
+  const bool is_point = angle < 1e-3f;
   // A disk of radiance L around the zenith gives pi L sin^2 of its radius.
   const double projected = 3.14159265358979323846 * pow(sin(radius), 2);
-  const Vec3 radiance = is_point ? v3_load(l->irradiance) : v3_load(l->irradiance) / (float)projected;
+  const Vec3 radiance = is_point ? irradiance : irradiance / (float)projected;
   const Sun sun = {d, radiance, is_point ? 0 : (float)one_minus_cos};
   return array_push(&p->suns, sun) || prepare_failed_memory(p);
 }
 
-static bool add_spot(Prepare *p, const LightSpot *l, const Frame *frame)
+static bool add_sun(Prepare *p, const LightSun *l, const Frame *frame)
 {
+  const Vec3 d = frame_vector(frame, v3_load(l->direction));
+  const float direction[3] = {d[0], d[1], d[2]};
+  return prepare_add_sun(p, direction, v3_load(l->irradiance), l->angle);
+}
+
+// --- lamps with a measured distribution ---------------------------------------------------------------
+static const float *keep_floats(Prepare *p, const float *from, size_t count, float divisor)
+{
+  float *to = arena_alloc(&p->world->arena, count, sizeof *to);
+  for (size_t i = 0; to && i < count; i++) to[i] = from[i] / divisor;
+  return to;
+}
+
+static bool add_profile(Prepare *p, const Ies *s)
+{
+  const size_t values = (size_t)s->vertical_count * s->horizontal_count;
+  const LightProfile f = {s->vertical_count, s->horizontal_count, keep_floats(p, s->vertical, s->vertical_count, 1),
+                          keep_floats(p, s->horizontal, s->horizontal_count, 1),
+                          keep_floats(p, s->candela, values, s->peak)};
+  return (f.vertical && f.horizontal && f.value && array_push(&p->profiles, f)) || prepare_failed_memory(p);
+}
+
+static bool read_profile(Prepare *p, const char *path)
+{
+  FileBytes bytes = {0};
+  Ies ies = {0};
+  const bool ok = file_read(&bytes, path, p->err) && ies_read(&ies, path, bytes.data, bytes.size, p->err) &&
+                  add_profile(p, &ies);
+  ies_finish(&ies);
+  file_release(&bytes);
+  if (!ok) return false;
+  const char *kept = arena_text(&p->scratch, path);
+  return (kept && array_push(&p->profile_paths, kept)) || prepare_failed_memory(p);
+}
+
+// The file's number plus one, read once; 0: it failed.
+static uint32_t find_profile(Prepare *p, const Scene *scene, const char *file)
+{
+  Text path = {0};
+  uint32_t found = 0;
+  if (scene_file_path(scene, file, p->options, &path, p->err)) {
+    for (uint32_t i = 0; !found && i < p->profile_paths.count; i++)
+      if (!strcmp(p->profile_paths.items[i], text_get(&path))) found = i + 1;
+    if (!found && read_profile(p, text_get(&path))) found = (uint32_t)p->profiles.count;
+  }
+  text_finish(&path);
+  return found;
+}
+
+// The mean of a profile over the sphere: the integral over horizontal angles is exact for its linear pieces, that over
+// vertical ones goes in steps of a degree.
+static double profile_mean(const LightProfile *f)
+{
+  double sum = 0;
+  for (int v = 0; v < 180; v++) {
+    double around = 0;
+    for (int h = 0; h < 360; h++) around += (double)profile_value(f, (float)v + 0.5f, (float)h + 0.5f) / 360;
+    sum += around * (cos(radians((float)v)) - cos(radians((float)v + 1))) / 2;
+  }
+  return sum;
+}
+
+// Gives a point or spot a profile about `axis`, its horizontal angle 0 at `side` turned about the axis.
+static bool put_profile(Prepare *p, const Scene *scene, const char *file, float rotation, Vec3 axis, Vec3 side, Emitter *e)
+{
+  if (!file) return true;
+  e->profile = find_profile(p, scene, file);
+  if (!e->profile) return false;
+  const Vec3 z = v3_normalize(axis), x = v3_normalize(side - z * v3_dot(side, z));
+  const double turn = radians(rotation);
+  e->x = z;
+  e->y = x * (float)cos(turn) + v3_cross(x, z) * (float)sin(turn);
+  e->mean_map = (float)profile_mean(&p->profiles.items[e->profile - 1]);
+  return true;
+}
+
+static bool add_point(Prepare *p, const LightPoint *l, const Scene *scene, const Frame *frame)
+{
+  Emitter e = {.kind = EMITTER_POINT, .p = frame_point(frame, v3_load(l->position)), .color = v3_load(l->intensity),
+               .map = -1, .mean_map = 1};
+  return put_profile(p, scene, l->ies, l->ies_rotation, -frame->y, frame->x, &e) && add_emitter(p, &e);
+}
+
+static bool add_spot(Prepare *p, const LightSpot *l, const Scene *scene, const Frame *frame)
+{
+  const Frame own = facing(l->position, l->target);
   const Vec3 at = frame_point(frame, v3_load(l->position));
   const Vec3 axis = v3_normalize(frame_point(frame, v3_load(l->target)) - at);
   if (v3_is_zero(axis))
     return err_set(p->err, ERR_BAD_SCENE, "a spot light's target is where the light is; aim it at another point");
   const float inner = l->inner_angle < l->angle ? l->inner_angle : l->angle;
-  const Emitter e = {.kind = EMITTER_SPOT, .p = at, .x = axis, .color = v3_load(l->intensity), .map = -1,
-                     .mean_map = 1, .cos_outer = (float)cos(radians(l->angle)), .cos_inner = (float)cos(radians(inner))};
-  return add_emitter(p, &e);
+  Emitter e = {.kind = EMITTER_SPOT, .p = at, .x = axis, .color = v3_load(l->intensity), .map = -1,
+               .mean_map = 1, .cos_outer = (float)cos(radians(l->angle)), .cos_inner = (float)cos(radians(inner))};
+  return put_profile(p, scene, l->ies, l->ies_rotation, axis, -frame_vector(frame, own.x), &e) && add_emitter(p, &e);
 }
 
-static bool add_light(Prepare *p, const Light *l, const Frame *frame, uint32_t object_i)
+static bool add_light(Prepare *p, const Light *l, const Scene *scene, const Frame *frame, uint32_t object_i)
 {
   switch ((LightKind)l->kind) {
-  case LIGHT_POINT: {
-    const Emitter e = {.kind = EMITTER_POINT, .p = frame_point(frame, v3_load(l->point.position)),
-                       .color = v3_load(l->point.intensity), .map = -1, .mean_map = 1};
-    return add_emitter(p, &e);
-  }
-  case LIGHT_SPOT: return add_spot(p, &l->spot, frame);
+  case LIGHT_POINT: return add_point(p, &l->point, scene, frame);
+  case LIGHT_SPOT: return add_spot(p, &l->spot, scene, frame);
   case LIGHT_SUN: return add_sun(p, &l->sun, frame);
   case LIGHT_RECT: {
     const Frame own = facing(l->rect.position, l->rect.target), f = frame_product(frame, &own);
@@ -98,7 +182,7 @@ static bool add_light(Prepare *p, const Light *l, const Frame *frame, uint32_t o
 bool prepare_scene_lights(Prepare *p, const Source *source, const Frame *frame, uint32_t object_i)
 {
   for (size_t i = 0; i < source->scene->lights.count; i++)
-    if (!add_light(p, &source->scene->lights.items[i], frame, object_i)) return err_where(p->err, "lights[%zu]", i);
+    if (!add_light(p, &source->scene->lights.items[i], source->scene, frame, object_i)) return err_where(p->err, "lights[%zu]", i);
   return true;
 }
 
@@ -236,69 +320,4 @@ bool prepare_emitters(Prepare *p)
     if (part >= 0 ? !mesh_emitters(p, i, p->parts->meshes.items[part].data) : !shape_emitters(p, i)) return false;
   }
   return true;
-}
-
-// --- sky ------------------------------------------------------------------------------------------
-bool prepare_sky(Prepare *p)
-{
-  const Sky *sky = &p->scene->sky;
-  p->sky_part = -1;
-  if (sky->kind != SKY_IMAGE) return true;
-  if (!sky->image.file)
-    return err_set(p->err, ERR_BAD_SCENE, "the sky names no file; give it one, \"file\": \"studio.exr\"");
-  Text path = {0};
-  bool ok = scene_file_path(p->scene, sky->image.file, p->options, &path, p->err);
-  if (ok) {
-    p->sky_part = parts_add_image(p->parts, p->previous, text_get(&path), NULL, 0);
-    if (p->sky_part < 0) ok = prepare_failed_memory(p);
-  } else {
-    err_where(p->err, "sky");
-  }
-  text_finish(&path);
-  return ok;
-}
-
-// The sky is read as float rgb; pictures stored otherwise are turned into that once, negative and odd values to 0.
-static bool sky_pixels(Prepare *p, const Image *from, Image *to)
-{
-  const bool decode = from->type == PIXEL_U8 || from->type == PIXEL_U16;
-  *to = (Image){from->width, from->height, 3, PIXEL_F32, NULL};
-  float *out = arena_alloc(&p->world->arena, (size_t)from->width * from->height, 3 * sizeof *out);
-  to->pixels = out;
-  if (!out) return prepare_failed_memory(p);
-  for (uint32_t y = 0; y < from->height; y++)
-    for (uint32_t x = 0; x < from->width; x++)
-      for (uint32_t c = 0; c < 3; c++) {
-        const float v = image_value(from, x, y, from->channels >= 3 ? c : 0);
-        *out++ = decode ? srgb_decode(v) : v > 0 && v < FLT_MAX ? v : 0;
-      }
-  return true;
-}
-
-bool prepare_light_set(Prepare *p)
-{
-  const Sky *sky = &p->scene->sky;
-  SkyMap map = {.gain = 1};
-  switch ((SkyKind)sky->kind) {
-  case SKY_CONSTANT:
-    map.kind = SKY_MAP_CONSTANT;
-    map.color = v3_load(sky->constant.color);
-    map.gain = sky->constant.gain;
-    break;
-  case SKY_GRADIENT:
-    map.kind = SKY_MAP_GRADIENT;
-    map.color = v3_load(sky->gradient.zenith);
-    map.horizon = v3_load(sky->gradient.horizon);
-    map.ground = v3_load(sky->gradient.ground);
-    map.gain = sky->gradient.gain;
-    break;
-  case SKY_IMAGE:
-    map.kind = SKY_MAP_IMAGE;
-    map.gain = sky->image.gain;
-    map.rotation = (float)radians(sky->image.rotation);
-    if (!sky_pixels(p, &p->parts->images.items[p->sky_part]->image, &map.image)) return false;
-    break;
-  }
-  return light_set_build(&p->world->lights, p->emitters.items, p->emitters.count, p->suns.items, p->suns.count, &map,
-                         p->cancel, p->err);
 }

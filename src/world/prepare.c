@@ -105,6 +105,8 @@ static void finish(Prepare *p)
   array_finish(&p->mesh_parts);
   array_finish(&p->emitters);
   array_finish(&p->suns);
+  array_finish(&p->profiles);
+  array_finish(&p->profile_paths);
   arena_finish(&p->scratch);
 }
 

@@ -36,6 +36,8 @@ typedef struct Prepare {
   ARRAY(int32_t) mesh_parts;    // instance -> mesh part, -1: a shape
   ARRAY(Emitter) emitters;
   ARRAY(Sun) suns;
+  ARRAY(LightProfile) profiles; // in the world's arena
+  ARRAY(const char *) profile_paths; // as many, in the scratch arena
   int32_t sky_part;             // image part, -1
   bool met_texture;             // by the material being prepared
 } Prepare;
@@ -61,6 +63,8 @@ bool prepare_sources(Prepare *p, const Scene *scene); // the scene and, below it
 // Lights of every source met; area lights become instances, too. Then, once meshes are known, emissive surfaces.
 bool prepare_scene_lights(Prepare *p, const Source *source, const Frame *frame, uint32_t object_i);
 bool prepare_emitters(Prepare *p);
+// A sun in a direction (of any length), of this irradiance on a surface that faces it; angle: its diameter in degrees.
+bool prepare_add_sun(Prepare *p, const float direction[3], Vec3 irradiance, float angle);
 bool prepare_sky(Prepare *p); // before parts_make
 bool prepare_light_set(Prepare *p); // after it
 
