@@ -256,10 +256,11 @@ typedef struct rf_progress {
 } rf_progress;
 
 typedef struct rf_render_def {
-  const char *integrator;       // "path", or a view: "normal", "depth", "albedo", "uv", "id", "bary", "cost"
+  const char *integrator;       // "path" or "classic", or a view: "normal", "depth", "albedo", "uv", "id", "bary", "cost"
   int first_sample, end_sample; // samples of each pixel in this call: [first, end); those the film has are left out
   int part, part_end, parts;    // only parts [part, part_end) of the picture cut into so many; parts 0: all of it
   int max_depth, roulette_depth;
+  int scatter;                  // rays at each surface of a chain, of the integrator "classic"
   uint64_t seed;                // same seed, same picture, on any number of threads
   const char *filter;           // "box", "blackman_harris", "gaussian"
   float filter_width;           // pixels; 0: the filter's usual width

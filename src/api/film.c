@@ -111,7 +111,8 @@ static int32_t choice_index(const Group *g, const char *field, const char *name,
 static rf_render_def def_from(const RenderSettings *r)
 {
   return (rf_render_def){.integrator = choice_text(&group_render, "integrator", r->integrator), .end_sample = r->spp,
-                         .max_depth = r->max_depth, .roulette_depth = r->roulette_depth, .seed = (uint64_t)r->seed,
+                         .max_depth = r->max_depth, .roulette_depth = r->roulette_depth, .scatter = r->scatter,
+                         .seed = (uint64_t)r->seed,
                          .filter = choice_text(&group_render, "filter", r->filter), .filter_width = r->filter_width,
                          .clamp = r->clamp, .transparent = r->transparent, .magic = MAGIC_RENDER};
 }
@@ -150,7 +151,11 @@ bool api_settings(const rf_render_def *def, const char *function, RenderSettings
   if (def->parts < 0 || (def->parts > 0 && (def->part < 0 || def->part_end <= def->part || def->part_end > def->parts)))
     return api_bad_argument(function, "parts %d to %d of %d: they must rise and lie within 0 and %d", def->part,
                             def->part_end, def->parts, def->parts);
+  const int most_scatter = (int)find_field(&group_render, "scatter")->high;
+  if (def->scatter < 0 || def->scatter > most_scatter)
+    return api_bad_argument(function, "scatter %d: it must be between 0 and %d", def->scatter, most_scatter);
   out->max_depth = def->max_depth;
+  out->scatter = def->scatter;
   out->roulette_depth = def->roulette_depth;
   out->filter_width = def->filter_width;
   out->clamp = def->clamp;

@@ -4,8 +4,8 @@
 #ifndef RAYFOLD_RENDER_TILE_H
 #define RAYFOLD_RENDER_TILE_H
 
+#include "render/classic.h"
 #include "render/views.h"
-#include "render/wave.h"
 
 enum { BLOCK_SIDE = 8 };
 _Static_assert(BLOCK_SIDE *BLOCK_SIDE <= WAVE_SIZE, "a block's paths are one wave");
@@ -29,14 +29,17 @@ static inline uint32_t least_u32(uint32_t a, uint32_t b)
   return a < b ? a : b;
 }
 
-static inline void block_render(Wave *w, const RenderPass *pass, const Tile *block, uint32_t sample,
+static inline void block_render(Classic *c, const RenderPass *pass, const Tile *block, uint32_t sample,
                                 WorkerState *worker)
 {
-  wave_begin(w, pass, &worker->rays);
+  Wave *w = &c->chain;
+  classic_begin(c, pass, &worker->rays, sample);
   for (uint32_t y = block->y0; y < block->y1; y++)
-    for (uint32_t x = block->x0; x < block->x1; x++) wave_add(w, x, y, sample);
+    for (uint32_t x = block->x0; x < block->x1; x++) classic_add(c, x, y);
   if (pass->settings.integrator == INTEGRATOR_PATH)
     wave_trace(w);
+  else if (pass->settings.integrator == INTEGRATOR_CLASSIC)
+    classic_trace(c);
   else
     block_view(w);
   size_t i = 0;
@@ -47,13 +50,13 @@ static inline void block_render(Wave *w, const RenderPass *pass, const Tile *blo
 
 static bool tile_render(const RenderPass *pass, Tile tile, WorkerState *worker)
 {
-  Wave w;
+  Classic c;
   for (uint32_t y = tile.y0; y < tile.y1; y += BLOCK_SIDE)
     for (uint32_t x = tile.x0; x < tile.x1; x += BLOCK_SIDE) {
       const Tile block = {x, y, least_u32(x + BLOCK_SIDE, tile.x1), least_u32(y + BLOCK_SIDE, tile.y1)};
       for (uint32_t sample = pass->first_sample; sample < pass->end_sample; sample++) {
         if (is_cancelled(pass->cancel) || is_cancelled(pass->stop)) return false;
-        block_render(&w, pass, &block, sample, worker);
+        block_render(&c, pass, &block, sample, worker);
       }
     }
   return true;

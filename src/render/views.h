@@ -58,7 +58,8 @@ static inline FilmSample view_render(const RenderPass *pass, Ray ray, Cone cone,
   case INTEGRATOR_ID: out.radiance = view_color_of(out.object); break;
   case INTEGRATOR_BARY: out.radiance = v3(1 - hit->u - hit->v, hit->u, hit->v); break;
   case INTEGRATOR_COST:
-  case INTEGRATOR_PATH: break;
+  case INTEGRATOR_PATH:
+  case INTEGRATOR_CLASSIC: break;
   }
   return out;
 }

@@ -27,10 +27,11 @@
 
 // --- settings -----------------------------------------------------------------------------------
 #define RENDER_FIELDS(F)                                                                                            \
-  F(choice,  integrator, 0, 0, 0, "path|normal|depth|albedo|uv|id|bary|cost", "What a pixel shows: light, or a debug view, which `rayfold render` saves untouched by `develop`.") \
+  F(choice,  integrator, 0, 0, 0, "path|normal|depth|albedo|uv|id|bary|cost|classic", "What a pixel shows: light (`path`; or `classic`, mirror chains with scattered rays), or a debug view, which `rayfold render` saves untouched by `develop`.") \
   F(size,    size, (1280, 720), 1, 32768, "px", "Width and height of the picture.")                                 \
   F(integer, spp, 64, 1, 524288, "", "Samples a pixel.")                                                            \
   F(integer, max_depth, 8, 0, 4096, "", "Most bounces of a path; 0 shows emitted light only, 1 direct light.")      \
+  F(integer, scatter, 8, 0, 1024, "", "Scattered rays at each surface of a chain, for the integrator `classic` alone.") \
   F(integer, seed, 1, 0, 2147483647, "", "Same seed, same picture.")                                                \
   F(integer, roulette_depth, 3, 0, 4096, "", "Bounces before Russian roulette may end a path.")                     \
   F(choice,  filter, 1, 0, 0, "box|blackman_harris|gaussian", "Shape of the pixel reconstruction filter.")          \
@@ -42,7 +43,7 @@
   F(choice,  denoise, 0, 0, 0, "off|fast|good|best", "How to take the noise out of the finished picture: our own filter, or a small or a full neural network.")
 FIELD_STRUCT(RenderSettings, RENDER_FIELDS);
 typedef enum { INTEGRATOR_PATH, INTEGRATOR_NORMAL, INTEGRATOR_DEPTH, INTEGRATOR_ALBEDO, INTEGRATOR_UV,
-               INTEGRATOR_ID, INTEGRATOR_BARY, INTEGRATOR_COST } Integrator;
+               INTEGRATOR_ID, INTEGRATOR_BARY, INTEGRATOR_COST, INTEGRATOR_CLASSIC } Integrator;
 typedef enum { SCENE_TREE_FAST, SCENE_TREE_BEST } SceneTree; // accel/ has its own, in the same order
 typedef enum { DENOISE_OFF, DENOISE_FAST, DENOISE_GOOD, DENOISE_BEST } DenoiseKind;
 typedef enum { FILTER_BOX, FILTER_BLACKMAN_HARRIS, FILTER_GAUSSIAN } FilterKind;
