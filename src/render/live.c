@@ -111,7 +111,7 @@ static bool eyes_equal(const Eye *a, const Eye *b)
 static bool settings_equal(const RenderSettings *a, const RenderSettings *b)
 {
   return a->integrator == b->integrator && a->max_depth == b->max_depth && a->roulette_depth == b->roulette_depth &&
-         a->filter == b->filter && a->filter_width == b->filter_width && a->clamp == b->clamp &&
+         a->scatter == b->scatter && a->filter == b->filter && a->filter_width == b->filter_width && a->clamp == b->clamp &&
          a->transparent == b->transparent;
 }
 
@@ -121,7 +121,10 @@ bool live_view_differs(const LiveView *a, const LiveView *b)
          !eyes_equal(&a->eye, &b->eye) || !settings_equal(&a->settings, &b->settings);
 }
 
-static bool is_noisy(const LiveView *v) { return v->settings.integrator == INTEGRATOR_PATH; }
+static bool is_noisy(const LiveView *v)
+{
+  return v->settings.integrator == INTEGRATOR_PATH || v->settings.integrator == INTEGRATOR_CLASSIC;
+}
 static bool is_cleaned(const LiveView *v) { return v->denoises && is_noisy(v); }
 static bool has_trail(const LiveView *v) { return v->reprojects && is_noisy(v); }
 
