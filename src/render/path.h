@@ -17,7 +17,9 @@
 #include "shade/light_sample.h"
 
 // Pairs of the sampler. The film's and the lens's come first, then those of each vertex.
-enum { PAIR_FILM, PAIR_LENS, PAIR_VERTEX, PAIR_SCATTER = 0, PAIR_CHOICES, PAIR_LIGHTS, PAIRS_DRAWN };
+// PAIR_MATERIAL is far behind those, and asked for only by the vertices of materials that need it.
+enum { PAIR_FILM, PAIR_LENS, PAIR_VERTEX, PAIR_SCATTER = 0, PAIR_CHOICES, PAIR_LIGHTS, PAIRS_DRAWN,
+       PAIR_MATERIAL = 1 << 20 };
 
 typedef struct Path {
   const RenderPass *pass;
@@ -34,6 +36,7 @@ typedef struct Path {
   bool was_delta;    // no light could have been aimed at in that direction
   Cone cone;         // what the next ray stands for
   float share;       // of a pixel's side that this sample stands for
+  uint8_t band;      // once dispersed, the only channel of colour it carries, 1 to 3; 0: white
 } Path;
 
 // Where a path is.
@@ -54,6 +57,12 @@ static inline uint32_t path_pair(const Path *p, uint32_t which)
 static inline Vec2 path_draw(const Path *p, uint32_t which)
 {
   return which < PAIRS_DRAWN ? p->drawn[which] : sample_pair(p->sampler, path_pair(p, which));
+}
+
+// Which part of a mix, and which colour of dispersed light.
+static inline Vec2 path_material_pair(const Path *p)
+{
+  return sample_pair(p->sampler, PAIR_MATERIAL + (uint32_t)p->depth);
 }
 
 static inline uint32_t path_ray_seed(const Path *p, uint32_t ray)
@@ -132,7 +141,13 @@ static inline void path_arrive(Path *p, const Ray *ray, const Hit *hit, PathVert
   trace_footprint(w, ray, hit, v->width, &v->s);
   p->throughput *= path_fade(p->absorption, hit->t);
   path_add_emission(p, v->m, &v->s, ray, hit);
+  if (v->m->kind == SURFACE_MIX)
+    v->m = material_choose(v->m, w->textures, &v->s, path_material_pair(p).x);
   material_bsdf(v->m, w->textures, &v->s, v->wo, &v->bsdf);
+  if (v->m->dispersion > 0) {
+    const int band = p->band ? p->band - 1 : (int)(3 * path_material_pair(p).y);
+    bsdf_disperse(v->m, band, !p->band, &v->bsdf);
+  }
 }
 
 // --- sample lights ------------------------------------------------------------------------------
@@ -202,6 +217,7 @@ static inline bool path_scatter(Path *p, const PathVertex *v, float choice, Ray 
   if (next.is_transmission) {
     p->absorption = path_absorption_towards(p, v, next.wl);
     if (!b->is_thin) p->eta_scale *= b->eta * b->eta;
+    if (b->is_dispersed) p->band = (uint8_t)(b->band + 1);
   }
   p->scatter_pdf = next.pdf;
   p->was_delta = next.is_delta;
@@ -227,7 +243,8 @@ static inline bool path_survives(Path *p, float chance)
 static inline bool bsdf_is_delta(const Bsdf *b)
 {
   const bool has_rough = (b->alpha > 0 && bsdf_has_specular(b)) || (b->coat > 0 && b->coat_alpha > 0) ||
-                         (b->glass > 0 && b->is_thin && b->thin_alpha > 0);
+                         (b->glass > 0 && b->is_thin && b->thin_alpha > 0) ||
+                         (b->has_extras && (b->sheen_most > 0 || b->gloss.kind != GLOSS_NONE));
   return !has_rough && v3_is_zero(b->diffuse) && v3_is_zero(b->multiple);
 }
 

@@ -3,7 +3,9 @@
 //
 //      wo   wl
 //        \ /        coat      a clear film of ior 1.5 over everything (GGX or mirror), seen from the front only
-//     ----v----     specular  GGX or mirror; per microfacet, light reflects or (glass) refracts
+//         v         sheen     fibres (sheen.h)
+//     ---------     specular  GGX, round or stretched, or mirror; per microfacet, light reflects or (glass) refracts
+//                   gloss     instead of it: the highlights of older tracers (gloss.h)
 //      diffuse      diffuse   what specular lets through; and what a metal's bumps pass on among themselves
 //     ----.----     thin      light that goes straight through a sheet
 //          \ wl
@@ -21,11 +23,17 @@
 #include "base/ray.h"
 #include "shade/fresnel.h"
 #include "shade/ggx_table.h"
+#include "shade/gloss.h"
 #include "shade/microfacet.h"
+#include "shade/sheen.h"
+#include "shade/thin_film.h"
 
 // Below this roughness a lobe is a perfect mirror (delta): alpha would be under 0.001, narrower than float
 // directions can resolve to the accuracy promised, and than an eye can tell.
 #define BSDF_SMOOTH_ROUGHNESS 0.03f
+
+// What few materials have is kept out of the way of the others' code.
+#define RARE __attribute__((noinline, cold))
 
 // Weights are reflectances, 0..1. All of it belongs to the side wo is on.
 typedef struct Bsdf {
@@ -51,7 +59,18 @@ typedef struct Bsdf {
   float thin_alpha; // width of what passes a sheet; 0: delta
 
   float coat, coat_roughness, coat_alpha; // weight, 0..1; alpha 0: delta
-  bool is_coat_behind;                    // the coat is on the other side, and filters transmitted light only
+  bool is_coat_behind;                    // coat and sheen are on the other side, and filter transmitted light only
+
+  // What few materials have. While has_extras is false nothing below counts, and one test is all it costs.
+  bool has_extras, is_stretched, is_dispersed;
+  uint8_t band;                // of dispersed: the channel of colour that is refracted; eta is its index
+  Vec3 etas;                   // likewise: the indices of all three, which reflect each by its own
+  float stretch;               // strength of anisotropy
+  Vec2 width;                  // of stretched bumps, along the frame's x and y; alpha is their geometric mean
+  Vec3 sheen;                  // reflectance
+  float sheen_most, sheen_roughness; // its largest channel
+  ThinFilm film;               // over specular and glass
+  Gloss gloss;
 } Bsdf;
 
 typedef struct BsdfSample {
@@ -72,11 +91,41 @@ typedef struct GlassSplit {
   float cos_t;
 } GlassSplit;
 
-static inline GlassSplit glass_split_at(const Bsdf *b, float fresnel, float cos_t)
+static inline float glass_edge(float fresnel, float eta)
 {
-  const float first = fresnel_f0(b->eta), x = clamp_f((fresnel - first) / (1 - first), 0, 1);
-  Vec3 r = b->glass0 + (b->glass90 - b->glass0) * x;
-  if (b->is_thin) r = 2 * r / (1 + r);
+  const float first = fresnel_f0(eta);
+  return clamp_f((fresnel - first) / (1 - first), 0, 1);
+}
+
+// Light of three colours that are about to part: each is reflected by its own index, and only the one of `band` passes,
+// for all three (a mean of three such choices is right; bsdf_disperse() in bsdf.h).
+static RARE GlassSplit glass_split_dispersed(const Bsdf *b, float fresnel, float cos_i, float cos_t)
+{
+  Vec3 x = v3_all(0);
+  for (int k = 0; k < 3; k++) {
+    float unused;
+    x[k] = glass_edge(k == b->band ? fresnel : fresnel_dielectric(cos_i, b->etas[k], &unused), b->etas[k]);
+  }
+  const Vec3 r = b->glass0 + (b->glass90 - b->glass0) * x;
+  Vec3 pass = v3_all(0);
+  if (cos_t > 0) pass[b->band] = 3 * b->tint[b->band] * max_f(1 - r[b->band], 0);
+  return (GlassSplit){b->glass * r, pass, cos_t};
+}
+
+// Under a thin film what the film's two borders and the body's reflect together, by the cosine outside, whichever side
+// the light comes from. A sheet of index 1 is the film alone, as a soap bubble.
+static RARE Vec3 film_over_glass(const Bsdf *b, Vec3 r, float cos_i, float cos_t)
+{
+  if (!(cos_t > 0)) return v3_all(1);
+  return v3_mix(r, b->glass90 * film_reflectance(&b->film, b->eta < 1 ? cos_t : cos_i), b->film.weight);
+}
+
+static inline GlassSplit glass_split_at(const Bsdf *b, float fresnel, float cos_i, float cos_t)
+{
+  if (b->is_dispersed) return glass_split_dispersed(b, fresnel, cos_i, cos_t);
+  Vec3 r = b->glass0 + (b->glass90 - b->glass0) * glass_edge(fresnel, b->eta);
+  if (b->film.weight > 0) r = film_over_glass(b, r, cos_i, cos_t);
+  if (b->is_thin && b->eta != 1) r = 2 * r / (1 + r);
   const Vec3 pass = cos_t > 0 ? b->tint * max_f(1 - v3_max_lane(r), 0) : v3_all(0);
   return (GlassSplit){b->glass * r, pass, cos_t};
 }
@@ -85,16 +134,16 @@ static inline GlassSplit glass_split(const Bsdf *b, float cos_i)
 {
   float cos_t;
   const float fresnel = fresnel_dielectric(cos_i, b->eta, &cos_t);
-  return glass_split_at(b, fresnel, cos_t);
+  return glass_split_at(b, fresnel, cos_i, cos_t);
 }
 
 // --- what is known once wo is ---------------------------------------------------------------------
 // Chances of the lobes, and the layers' albedos towards wo. Local directions from here on.
 typedef struct BsdfView {
   Vec3 wo;
-  float coat_albedo;                   // of the coat, its weight included; 0 where it does not reflect
+  float coat_albedo, sheen_albedo;     // weight included; 0 where they do not reflect
   float diffuse_share, multiple_share; // what is left for them on wo's side
-  float p_coat, p_specular, p_thin, p_multiple, p_diffuse; // sum to 1 or are all 0
+  float p_coat, p_specular, p_thin, p_multiple, p_diffuse, p_sheen, p_gloss; // sum to 1 or are all 0
 } BsdfView;
 
 static inline float coat_albedo(const Bsdf *b, float cos)
@@ -107,15 +156,60 @@ static inline bool bsdf_has_specular(const Bsdf *b)
   return !v3_is_zero(b->f90) || !v3_is_zero(b->f0) || b->glass > 0;
 }
 
+// The largest channel of what the sheen reflects; held to 1 as the lobe is.
+static inline float sheen_albedo(const Bsdf *b, float cos)
+{
+  if (!(b->sheen_most > 0)) return 0;
+  return b->sheen_most * min_f(sheen_raw_albedo(b->sheen_roughness, cos), 1);
+}
+
+// The albedo of stretched bumps has no table: this is what round ones of the mean width have, or of the width across w
+// where that is more, and a little. Over widths 0.001..1, strengths 0.1..1 and all directions it is never below the truth
+// by more than 1e-3, and above it by up to 0.1 at strength 0.3 and 0.5 at 1: so much of metals' multiple reflections is
+// missing, and near the horizon as much of the light for diffuse.
+static RARE GgxAlbedo ellipse_albedo(const Bsdf *b, Vec3 w)
+{
+  const float x2 = w[0] * w[0], y2 = w[1] * w[1], across2 = x2 + y2;
+  const float width = across2 > 0 ? sqrtf((sqr_f(b->width.x) * x2 + sqr_f(b->width.y) * y2) / across2) : b->alpha;
+  const GgxAlbedo mean = ggx_albedo_at(b->roughness, w[2]), here = ggx_albedo_at(sqrtf(width), w[2]);
+  const float low = 1 - min_f(w[2], 1), low2 = low * low;
+  return (GgxAlbedo){min_f(max_f(mean.full, here.full) + b->stretch * (0.06f * low2 + 0.012f), 1),
+                     max_f(mean.edge, here.edge) + b->stretch * (0.125f * low2 * low2 * low + 0.004f)};
+}
+
 // The cosine-weighted part of light that the specular layer leaves for diffuse, and the part that its single
 // reflections lose (both 1 - E of Kulla and Conty, "Revisiting physically based shading at Imageworks", 2017).
-static inline void shares_at(const Bsdf *b, float cos, float *diffuse, float *multiple)
+static inline void shares_at(const Bsdf *b, Vec3 w, float *diffuse, float *multiple)
 {
   *diffuse = *multiple = 1;
   if (b->cover90 == 0 && v3_is_zero(b->multiple)) return;
-  const GgxAlbedo a = ggx_albedo_at(b->roughness, cos);
+  const GgxAlbedo a = b->is_stretched ? ellipse_albedo(b, w) : ggx_albedo_at(b->roughness, w[2]);
   *diffuse = max_f(1 - ggx_albedo(a, b->cover0, b->cover90), 0);
   *multiple = max_f(1 - a.full, 0);
+}
+
+static RARE Vec3 specular_under_film(const Bsdf *b, Vec3 f, float cos)
+{
+  return v3_mix(f, b->f90 * film_reflectance(&b->film, cos), b->film.weight);
+}
+
+// What specular reflects at a (half-vector) cosine, without glass.
+static inline Vec3 specular_fresnel(const Bsdf *b, float cos)
+{
+  const float x = fresnel_schlick(cos);
+  const Vec3 f = b->f0 * (1 - x) + b->f90 * x;
+  return b->film.weight > 0 ? specular_under_film(b, f, cos) : f;
+}
+
+// Part of bsdf_view(): chances of the lobes that few materials have.
+static RARE void view_extras(const Bsdf *b, BsdfView *v, float cos)
+{
+  const float under = 1 - v->coat_albedo;
+  if (!b->is_coat_behind) v->sheen_albedo = sheen_albedo(b, cos);
+  v->p_sheen = under * v->sheen_albedo;
+  if (b->gloss.kind == GLOSS_NONE) return;
+  const float x = fresnel_schlick(cos);
+  v->p_gloss = under * (1 - v->sheen_albedo) * luminance(b->gloss.f0 * (1 - x) + b->gloss.f90 * x);
 }
 
 static inline BsdfView bsdf_view(const Bsdf *b, Vec3 wo)
@@ -124,14 +218,14 @@ static inline BsdfView bsdf_view(const Bsdf *b, Vec3 wo)
   const float cos = wo[2];
   if (!(cos > 0)) return v;
   if (b->coat > 0) v.coat_albedo = b->is_coat_behind ? 0 : coat_albedo(b, cos);
-  shares_at(b, cos, &v.diffuse_share, &v.multiple_share);
+  shares_at(b, wo, &v.diffuse_share, &v.multiple_share);
   v.p_coat = v.coat_albedo;
-  const float under = 1 - v.coat_albedo;
+  if (b->has_extras) view_extras(b, &v, cos);
+  const float under = (1 - v.coat_albedo) * (1 - v.sheen_albedo);
   v.p_diffuse = under * v.diffuse_share * luminance(b->diffuse) * b->diffuse_mean;
   v.p_multiple = under * v.multiple_share * luminance(b->multiple) * b->multiple_mean;
   if (bsdf_has_specular(b)) {
-    const float x = fresnel_schlick(cos);
-    v.p_specular = luminance(b->f0 * (1 - x) + b->f90 * x);
+    v.p_specular = luminance(specular_fresnel(b, cos));
     if (b->glass > 0) {
       const GlassSplit g = glass_split(b, cos);
       v.p_specular += luminance(g.reflect) + (b->is_thin ? 0 : luminance(g.pass));
@@ -139,13 +233,15 @@ static inline BsdfView bsdf_view(const Bsdf *b, Vec3 wo)
     }
     v.p_specular *= under;
   }
-  const float sum = v.p_coat + v.p_specular + v.p_thin + v.p_multiple + v.p_diffuse;
+  const float sum = v.p_coat + v.p_specular + v.p_thin + v.p_multiple + v.p_diffuse + (v.p_sheen + v.p_gloss);
   const float scale = sum > 0 ? 1 / sum : 0;
   v.p_coat *= scale;
   v.p_specular *= scale;
   v.p_thin *= scale;
   v.p_multiple *= scale;
   v.p_diffuse *= scale;
+  v.p_sheen *= scale;
+  v.p_gloss *= scale;
   return v;
 }
 
@@ -158,8 +254,7 @@ typedef struct Facet {
 
 static inline Facet facet_of(const Bsdf *b, float cos, const GlassSplit *g)
 {
-  const float x = fresnel_schlick(cos);
-  Facet f = {.reflect = b->f0 * (1 - x) + b->f90 * x + g->reflect, .p_reflect = 1};
+  Facet f = {.reflect = specular_fresnel(b, cos) + g->reflect, .p_reflect = 1};
   if (b->is_thin) return f;
   f.cos_t = g->cos_t;
   f.pass = g->pass;
@@ -182,6 +277,13 @@ static inline float multiple_pdf(const Bsdf *b, float cos)
   return cos * b->multiple_norm / ((cos * cos + b->alpha * b->alpha) * PI);
 }
 
+// The specular lobe's distribution, round or stretched.
+static inline Vec3 specular_normal(const Bsdf *b, Vec3 wo, Vec2 u)
+{
+  if (b->alpha == 0) return v3(0, 0, 1);
+  return b->is_stretched ? ellipse_sample(wo, b->width, u) : ggx_sample(wo, b->alpha, u);
+}
+
 // What the coat lets through on the way in and out. The smaller of the two directions' shares, not their product:
 // reciprocal, and never more than one of them, so energy holds over any base (glTF's KHR_materials_clearcoat takes
 // the share of wo alone, which is not reciprocal).
@@ -192,6 +294,21 @@ static inline float under_coat(const Bsdf *b, const BsdfView *v, Vec3 wl)
   if (b->is_coat_behind) return is_through ? 1 - coat_albedo(b, -wl[2]) : 1;
   if (is_through && !b->is_thin) return 1 - v->coat_albedo;
   return 1 - max_f(v->coat_albedo, coat_albedo(b, fabsf(wl[2])));
+}
+
+// The same for sheen.
+static RARE float under_sheen(const Bsdf *b, const BsdfView *v, Vec3 wl)
+{
+  const bool is_through = wl[2] < 0;
+  if (b->is_coat_behind) return is_through ? 1 - sheen_albedo(b, -wl[2]) : 1;
+  if (is_through && !b->is_thin) return 1 - v->sheen_albedo;
+  return 1 - max_f(v->sheen_albedo, sheen_albedo(b, fabsf(wl[2])));
+}
+
+static inline float under_layers(const Bsdf *b, const BsdfView *v, Vec3 wl)
+{
+  const float left = under_coat(b, v, wl);
+  return b->has_extras ? left * under_sheen(b, v, wl) : left;
 }
 
 // Cosine of the half-vector to either direction, from both alike so that the result is symmetric to the last bit.
@@ -208,19 +325,48 @@ static inline float ggx_reflection(Vec3 wo, Vec3 wl, float alpha, float *density
   return d * ggx_visibility(wo[2], wl[2], alpha) * wl[2];
 }
 
+static RARE float ellipse_reflection(const Bsdf *b, Vec3 wo, Vec3 wl, float *density)
+{
+  const float d = ellipse_d(v3_normalize(wo + wl), b->width);
+  *density = d * ellipse_g1_over_cos(wo, b->width) / 4;
+  return d * ellipse_visibility(wo, wl, b->width) * wl[2];
+}
+
+static inline float specular_reflection(const Bsdf *b, Vec3 wo, Vec3 wl, float *density)
+{
+  return b->is_stretched ? ellipse_reflection(b, wo, wl, density) : ggx_reflection(wo, wl, b->alpha, density);
+}
+
+// Adds the lobes that few materials have to f, whatever lies over them but the coat included.
+static RARE Vec3 add_extras(const Bsdf *b, const BsdfView *v, Vec3 wl, Vec3 f, float *pdf)
+{
+  if (b->gloss.kind != GLOSS_NONE) {
+    float density;
+    f += gloss_eval(&b->gloss, v->wo, wl, &density);
+    *pdf += v->p_gloss * density;
+  }
+  f *= under_sheen(b, v, wl);
+  if (v->sheen_albedo > 0) {
+    f += b->sheen * sheen_reflection(v->wo, wl, b->sheen_roughness);
+    *pdf += v->p_sheen / (2 * PI);
+  }
+  return f;
+}
+
 static inline Vec3 eval_reflection(const Bsdf *b, const BsdfView *v, Vec3 wl, float *pdf)
 {
   float diffuse, multiple, density;
-  shares_at(b, wl[2], &diffuse, &multiple);
+  shares_at(b, wl, &diffuse, &multiple);
   Vec3 f = (b->diffuse * (v->diffuse_share * diffuse) + b->multiple * (v->multiple_share * multiple)) *
            (wl[2] / PI);
   *pdf = v->p_diffuse * wl[2] / PI + v->p_multiple * multiple_pdf(b, wl[2]);
   const float cos = half_cos(v->wo, wl);
   if (b->alpha > 0 && bsdf_has_specular(b)) {
     const Facet facet = facet_at(b, cos);
-    f += facet.reflect * ggx_reflection(v->wo, wl, b->alpha, &density);
+    f += facet.reflect * specular_reflection(b, v->wo, wl, &density);
     *pdf += v->p_specular * facet.p_reflect * density;
   }
+  if (b->has_extras) f = add_extras(b, v, wl, f, pdf);
   f *= under_coat(b, v, wl);
   if (b->coat_alpha > 0 && v->coat_albedo > 0) {
     const float fresnel = COAT_F0 + (1 - COAT_F0) * fresnel_schlick(cos);
@@ -242,12 +388,15 @@ static inline Vec3 eval_refraction(const Bsdf *b, const BsdfView *v, Vec3 wl, fl
   if (cos_o <= 0 || cos_l >= 0) return v3_all(0);
   // Both cosines are at hand, so near total reflection neither has to be the root of a difference.
   const GlassSplit g =
-      glass_split_at(b, fresnel_by_cosines((double)cos_o, (double)-cos_l, (double)b->eta), -cos_l);
+      glass_split_at(b, fresnel_by_cosines((double)cos_o, (double)-cos_l, (double)b->eta), cos_o, -cos_l);
   const Facet facet = facet_of(b, cos_o, &g);
-  const float d = ggx_d(h, b->alpha), jacobian = -cos_l / sqr_f(cos_o + b->eta * cos_l);
-  *pdf = v->p_specular * (1 - facet.p_reflect) * d * ggx_g1_over_cos(v->wo[2], b->alpha) * cos_o * jacobian *
-         sqr_f(b->eta);
-  return facet.pass * (4 * d * ggx_visibility(v->wo[2], -wl[2], b->alpha) * -wl[2] * cos_o * jacobian);
+  const float d = b->is_stretched ? ellipse_d(h, b->width) : ggx_d(h, b->alpha);
+  const float g1 = b->is_stretched ? ellipse_g1_over_cos(v->wo, b->width) : ggx_g1_over_cos(v->wo[2], b->alpha);
+  const float visible = b->is_stretched ? ellipse_visibility(v->wo, wl, b->width)
+                                        : ggx_visibility(v->wo[2], -wl[2], b->alpha);
+  const float jacobian = -cos_l / sqr_f(cos_o + b->eta * cos_l);
+  *pdf = v->p_specular * (1 - facet.p_reflect) * d * g1 * cos_o * jacobian * sqr_f(b->eta);
+  return facet.pass * (4 * d * visible * -wl[2] * cos_o * jacobian);
 }
 
 // Through a sheet: the reflection's mirror image, with its own width.
@@ -267,7 +416,7 @@ static inline Vec3 eval_transmission(const Bsdf *b, const BsdfView *v, Vec3 wl, 
   const bool is_rough = b->is_thin ? b->thin_alpha > 0 : b->alpha > 0;
   if (!is_rough) return v3_all(0);
   const Vec3 f = b->is_thin ? eval_thin(b, v, wl, pdf) : eval_refraction(b, v, wl, pdf);
-  return f * under_coat(b, v, wl);
+  return f * under_layers(b, v, wl);
 }
 
 // f |cos| and the pdf for a view; wl in world space. A direction whose sides of shading and geometric normal differ
@@ -312,7 +461,7 @@ static inline Vec3 sample_multiple(const Bsdf *b, Vec2 u)
 // A direction from a lobe, local. The weight is set for delta lobes only.
 static inline bool sample_specular(const Bsdf *b, const BsdfView *v, float u_lobe, Vec2 u, BsdfSample *out)
 {
-  const Vec3 h = b->alpha > 0 ? ggx_sample(v->wo, b->alpha, u) : v3(0, 0, 1);
+  const Vec3 h = specular_normal(b, v->wo, u);
   const float cos = v3_dot(v->wo, h);
   const Facet facet = facet_at(b, cos);
   out->is_delta = b->alpha == 0;
@@ -349,6 +498,13 @@ static inline void sample_coat(const Bsdf *b, const BsdfView *v, Vec2 u, BsdfSam
   out->pdf = v->p_coat;
 }
 
+// Sheen, evenly over the hemisphere (as Estevez and Kulla 2017 do), or gloss.
+static RARE bool sample_extras(const Bsdf *b, const BsdfView *v, bool is_sheen, Vec2 u, BsdfSample *out)
+{
+  out->wl = is_sheen ? direction_about(u.y, safe_sqrt(1 - u.y * u.y), u.x) : gloss_sample(&b->gloss, v->wo, u);
+  return true;
+}
+
 // Picks a lobe with u_lobe and puts the rest of that number back into 0..1.
 static inline bool sample_lobe(const Bsdf *b, const BsdfView *v, float u_lobe, Vec2 u, BsdfSample *out)
 {
@@ -365,6 +521,10 @@ static inline bool sample_lobe(const Bsdf *b, const BsdfView *v, float u_lobe, V
     return true;
   }
   at -= v->p_thin;
+  if (b->has_extras) {
+    if (at < v->p_sheen + v->p_gloss) return sample_extras(b, v, at < v->p_sheen, u, out);
+    at -= v->p_sheen + v->p_gloss;
+  }
   out->wl = at < v->p_multiple ? sample_multiple(b, u) : sample_cosine(u);
   return at < v->p_multiple || v->p_diffuse > 0;
 }
@@ -384,7 +544,7 @@ static inline bool bsdf_sample(const Bsdf *b, Vec3 wo, float u_lobe, Vec2 u, Bsd
     if (!(local[2] * v3_dot(out->wl, b->ng) > 0) || !(out->pdf > 0)) return false;
     // The coat's own reflection is not under itself.
     const bool is_coat = u_lobe < v.p_coat;
-    out->weight *= (is_coat ? 1 : under_coat(b, &v, local)) / out->pdf;
+    out->weight *= (is_coat ? 1 : under_layers(b, &v, local)) / out->pdf;
     return true;
   }
   const Vec3 f = bsdf_eval_view(b, &v, out->wl, &out->pdf);

@@ -47,4 +47,38 @@ static inline Vec3 ggx_sample(Vec3 wo, float alpha, Vec2 u)
   return v3_normalize(v3(alpha * h[0], alpha * h[1], max_f(h[2], 0)));
 }
 
+// --- the same with two widths ---------------------------------------------------------------------
+// Bumps stretched along y, as brushing leaves them: width.x along x, width.y along y (Heitz 2014, equations 85 and 86).
+static inline float ellipse_d(Vec3 h, Vec2 width)
+{
+  const float t = sqr_f(h[0] / width.x) + sqr_f(h[1] / width.y) + h[2] * h[2];
+  return 1 / (PI * width.x * width.y * t * t);
+}
+
+static inline float ellipse_slope(Vec3 w, Vec2 width)
+{
+  return sqrtf(sqr_f(width.x * w[0]) + sqr_f(width.y * w[1]) + w[2] * w[2]);
+}
+
+static inline float ellipse_visibility(Vec3 wo, Vec3 wl, Vec2 width)
+{
+  const float cos_o = fabsf(wo[2]), cos_l = fabsf(wl[2]);
+  return 0.5f / (cos_l * ellipse_slope(wo, width) + cos_o * ellipse_slope(wl, width));
+}
+
+static inline float ellipse_g1_over_cos(Vec3 wo, Vec2 width)
+{
+  return 2 / (wo[2] + ellipse_slope(wo, width));
+}
+
+static inline Vec3 ellipse_sample(Vec3 wo, Vec2 width, Vec2 u)
+{
+  const Vec3 flat = v3_normalize(v3(width.x * wo[0], width.y * wo[1], wo[2]));
+  const float z = (1 - u.y) * (1 + flat[2]) - flat[2], r = safe_sqrt((1 - z) * (1 + z));
+  float sine, cosine;
+  f_sincos(2 * PI * u.x, &sine, &cosine);
+  const Vec3 h = v3(r * cosine, r * sine, z) + flat;
+  return v3_normalize(v3(width.x * h[0], width.y * h[1], max_f(h[2], 0)));
+}
+
 #endif
