@@ -146,9 +146,13 @@ static void add_random(Scene *s)
   for (int k = 0; k < 2; k++)
     if ((i = scene_add_texture(s, (TextureKind)k, NULL)) >= 0)
       randomise(s, &group_texture, &s->textures.items[i]);
-  for (int k = 0; k < 5; k++)
-    if ((i = scene_add_material(s, (MaterialKind)k, "m")) >= 0)
-      randomise(s, &group_material, &s->materials.items[i]);
+  for (int k = 0; k <= MATERIAL_MIX; k++) {
+    if ((i = scene_add_material(s, (MaterialKind)k, "m")) < 0) continue;
+    randomise(s, &group_material, &s->materials.items[i]);
+    if (k == MATERIAL_PRINCIPLED) s->materials.items[i].principled.subsurface = 0; // all that is accepted
+    if (k == MATERIAL_MIX && s->materials.items[i].mix.first == i) s->materials.items[i].mix.first = -1;
+    if (k == MATERIAL_MIX && s->materials.items[i].mix.second == i) s->materials.items[i].mix.second = -1;
+  }
   for (int k = 0; k < 3; k++)
     if ((i = scene_add_camera(s, (CameraKind)k, NULL)) >= 0)
       randomise(s, &group_camera, &s->cameras.items[i]);

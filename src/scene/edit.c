@@ -5,6 +5,7 @@
 
 #include "base/mem.h"
 #include "scene/element.h"
+#include "scene/mix_check.h"
 #include "scene/target.h"
 
 #include <stdio.h>
@@ -166,6 +167,8 @@ static bool check_group(const Edit *e, const Group *g, void *element)
   Err wrong = {0};
   element_drop_unused(g, element);
   if (!element_check(g, element, NULL, &wrong) || !element_load_model(e->scene, g, element, NULL, &wrong))
+    return err_set(e->err, wrong.kind, "%.200s: %s", e->path, wrong.text);
+  if (g == &group_material && !mix_check(e->scene, element, (int32_t)e->target.index, NULL, NULL, &wrong))
     return err_set(e->err, wrong.kind, "%.200s: %s", e->path, wrong.text);
   return !g->nested || check_group(e, g->nested, group_nested(g, element));
 }

@@ -78,6 +78,14 @@ static bool check_light(const Light *l, const char **field, Err *err)
   }
 }
 
+static bool check_material(const Material *m, const char **field, Err *err)
+{
+  *field = "subsurface";
+  if (m->kind != MATERIAL_PRINCIPLED || m->principled.subsurface <= 0) return true;
+  return err_set(err, ERR_BAD_SCENE, "subsurface is not supported: light that wanders below a skin needs a medium inside; "
+                                     "leave it at 0 and choose the base_color it gives the skin");
+}
+
 bool element_check(const Group *g, const void *element, const char **field, Err *err)
 {
   const char *ignored;
@@ -86,6 +94,7 @@ bool element_check(const Group *g, const void *element, const char **field, Err 
   if (g == &group_camera || g == &group_cameras) return check_camera(element, field, err);
   if (g == &group_object) return check_object(&((const Object *)element)->common, field, err);
   if (g == &group_shape) return check_shape(element, field, err);
+  if (g == &group_material) return check_material(element, field, err);
   if (g == &group_light) return check_light(element, field, err);
   const bool is_embedded = g == &group_texture && ((const Texture *)element)->embedded;
   const Field *f;

@@ -72,6 +72,21 @@ static const Field glass_fields[] = {GLASS_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER Emission
 static const Field emission_fields[] = {EMISSION_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER Principled
+static const Field principled_fields[] = {PRINCIPLED_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER Phong
+static const Field phong_fields[] = {PHONG_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER CookTorrance
+static const Field cook_torrance_fields[] = {COOK_TORRANCE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER Studio
+static const Field studio_fields[] = {STUDIO_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER Mix
+static const Field mix_fields[] = {MIX_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER ObjectCommon
 static const Field object_fields[] = {OBJECT_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -138,6 +153,11 @@ static const Kind material_kinds[] = {
     KIND("mirror", mirror_fields, "Perfectly smooth metal of one reflectance."),
     KIND("glass", glass_fields, "A clear solid with exact Fresnel reflection and refraction."),
     KIND("emission", emission_fields, "Shines, reflects nothing."),
+    KIND("principled", principled_fields, "Blender's Principled BSDF by its names, as far as pbr can follow."),
+    KIND("phong", phong_fields, "A matt body with Phong's highlight, in the form that gains no energy (Lafortune and Willems 1994)."),
+    KIND("cook_torrance", cook_torrance_fields, "A matt body under facets (Cook and Torrance 1982), in the form that gains no energy."),
+    KIND("studio", studio_fields, "The sliders of the first studio, by their names; each is monotone over its range."),
+    KIND("mix", mix_fields, "Two other materials, each in part."),
 };
 static const Kind object_kinds[] = {{"object", NULL, 0, ""}};
 static const Kind shape_kinds[] = {

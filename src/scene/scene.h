@@ -245,6 +245,20 @@ typedef struct Texture {
   F(real,    clearcoat_roughness, 0, 0, 1, "", "Roughness of that layer.")                                          \
   F(texture, clearcoat_roughness_texture, -1, 0, 0, "", "Multiplies clearcoat_roughness.")                          \
   F(choice,  clearcoat_roughness_channel, 1, 0, 0, "r|g|b|a", "The channel of clearcoat_roughness_texture that counts.") \
+  F(color,   sheen_color, (0, 0, 0), 0, 1, "", "Light that fibres on top throw back along the surface: cloth (KHR_materials_sheen).") \
+  F(texture, sheen_color_texture, -1, 0, 0, "", "Multiplies sheen_color.")                                          \
+  F(real,    sheen_roughness, 0, 0, 1, "", "How far it reaches in from the edge: satin 0.2, velvet 0.5, dust 1.")   \
+  F(texture, sheen_roughness_texture, -1, 0, 0, "", "Multiplies sheen_roughness; its alpha channel.")               \
+  F(real,    anisotropy, 0, 0, 1, "", "Widens reflections along the tangent, as brushing does (KHR_materials_anisotropy).") \
+  F(real,    anisotropy_rotation, 0, -360, 360, "deg", "Turns that direction, from the tangent towards growing v.") \
+  F(texture, anisotropy_texture, -1, 0, 0, "", "Red and green: the direction, 0..1 for -1..1; blue multiplies anisotropy.") \
+  F(real,    iridescence, 0, 0, 1, "", "Share of a thin film with its colours on top (KHR_materials_iridescence).") \
+  F(texture, iridescence_texture, -1, 0, 0, "", "Multiplies iridescence; its red channel.")                         \
+  F(real,    iridescence_ior, 1.3, 1, 5, "", "Index of refraction of the film; soap water 1.33.")                   \
+  F(real,    iridescence_thickness_min, 100, 0, 10000, "nm", "Thickness where its texture is 0.")                   \
+  F(real,    iridescence_thickness_max, 400, 0, 10000, "nm", "Thickness where its texture is 1, and without one.")  \
+  F(texture, iridescence_thickness_texture, -1, 0, 0, "", "From min to max; its green channel.")                    \
+  F(real,    dispersion, 0, 0, 20, "", "Parts colours in refraction: 20 / Abbe number; diamond 0.36 (KHR_materials_dispersion).") \
   F(flag,    double_sided, 1, 0, 1, "", "False: seen from behind the surface is not there.")
 #define LAMBERT_FIELDS(F)                                                              \
   F(color,   albedo, (0.8, 0.8, 0.8), 0, 1, "", "Part of the light that is scattered.") \
@@ -256,8 +270,63 @@ typedef struct Texture {
   F(color, color, (1, 1, 1), 0, 1, "", "Multiplies what passes the surface.")                                    \
   F(real,  ior, 1.5, 1, 5, "", "Index of refraction.")                                                           \
   F(real,  roughness, 0, 0, 1, "", "0 is polished.")                                                             \
+  F(real,  dispersion, 0, 0, 20, "", "Parts colours: 20 / Abbe number; crown glass 0.31, flint 0.55, diamond 0.36.") \
   F(color, attenuation_color, (1, 1, 1), 0, 1, "", "What is left of white light after attenuation_distance.")    \
   F(real,  attenuation_distance, 0, 0, NO_LIMIT, "m", "0 is clear.")
+#define PRINCIPLED_FIELDS(F)                                                                                        \
+  F(color,   base_color, (0.8, 0.8, 0.8), 0, 1, "", "Albedo of dielectrics, reflectance of metals.")                \
+  F(texture, base_color_texture, -1, 0, 0, "", "Multiplies base_color; its alpha multiplies alpha.")                \
+  F(real,    subsurface, 0, 0, 1, "", "Only 0: light that wanders below the skin is not supported here.")           \
+  F(real,    metallic, 0, 0, 1, "", "0 a dielectric, 1 a metal.")                                                   \
+  F(texture, metallic_texture, -1, 0, 0, "", "Multiplies metallic; its red channel.")                               \
+  F(real,    specular, 0.5, 0, 1, "", "Dielectric reflection: 8 % of it at normal incidence, so 0.5 is ior 1.5.")   \
+  F(real,    specular_tint, 0, 0, 1, "", "Colours that reflection like the base.")                                  \
+  F(real,    roughness, 0.5, 0, 1, "", "0 is polished.")                                                            \
+  F(texture, roughness_texture, -1, 0, 0, "", "Multiplies roughness; its red channel.")                             \
+  F(real,    anisotropic, 0, 0, 1, "", "Stretches highlights, as brushing does.")                                   \
+  F(real,    anisotropic_rotation, 0, 0, 1, "turn", "Turns that direction; 1 is once around.")                      \
+  F(real,    sheen, 0, 0, 1, "", "Fibres on top, as of velvet: sheen_color of pbr, with a sheen_roughness of 0.5.") \
+  F(real,    sheen_tint, 0.5, 0, 1, "", "Colours the sheen like the base.")                                         \
+  F(real,    clearcoat, 0, 0, 1, "", "A clear layer on top.")                                                       \
+  F(real,    clearcoat_roughness, 0.03, 0, 1, "", "Roughness of that layer.")                                       \
+  F(real,    ior, 1.45, 1, 5, "", "Index of refraction of what is transmitted; specular is not changed by it.")     \
+  F(real,    transmission, 0, 0, 1, "", "Part of the base that lets light through: glass.")                         \
+  F(color,   emission, (0, 0, 0), 0, NO_LIMIT, "", "Emitted colour; radiance is this times emission_strength.")     \
+  F(texture, emission_texture, -1, 0, 0, "", "Multiplies emission.")                                                \
+  F(real,    emission_strength, 1, 0, NO_LIMIT, "W/m2sr", "Multiplies emission.")                                   \
+  F(real,    alpha, 1, 0, 1, "", "Coverage; below 1 light passes in part.")                                         \
+  F(texture, alpha_texture, -1, 0, 0, "", "Multiplies alpha; its red channel.")                                     \
+  F(texture, normal_texture, -1, 0, 0, "", "Tangent-space normals, 0..1 stands for -1..1, green up.")               \
+  F(real,    normal_strength, 1, 0, 16, "", "Strength of the normal texture.")
+#define PHONG_FIELDS(F)                                                                                               \
+  F(color,   ambient, (0.1, 0.1, 0.1), 0, 1, "", "Times the whitted integrator's ambient light; a path tracer finds out itself.") \
+  F(color,   diffuse, (0.6, 0.6, 0.6), 0, 1, "", "Part of the light that is scattered.")                              \
+  F(texture, diffuse_texture, -1, 0, 0, "", "Multiplies diffuse.")                                                    \
+  F(color,   specular, (0.3, 0.3, 0.3), 0, 1, "", "Part that is reflected; where diffuse + specular exceed 1, both are scaled down.") \
+  F(real,    exponent, 50, 0, 10000, "", "Sharpness of the highlight.")
+#define COOK_TORRANCE_FIELDS(F)                                                                                       \
+  F(color,   ambient, (0.1, 0.1, 0.1), 0, 1, "", "Times the whitted integrator's ambient light; a path tracer finds out itself.") \
+  F(color,   diffuse, (0.6, 0.6, 0.6), 0, 1, "", "Part of the light that is scattered.")                              \
+  F(texture, diffuse_texture, -1, 0, 0, "", "Multiplies diffuse.")                                                    \
+  F(color,   specular, (0.4, 0.4, 0.4), 0, 1, "", "Part that meets the facets; where diffuse + specular exceed 1, both are scaled down.") \
+  F(color,   f0, (0.04, 0.04, 0.04), 0, 1, "", "What a facet reflects at normal incidence (Schlick); a metal has its colour here.") \
+  F(real,    roughness, 0.3, 0.02, 1, "", "Slope of the facets, the m of Cook and Torrance.")                         \
+  F(choice,  distribution, 0, 0, 0, "beckmann|gaussian", "How the facets lie: as a rough surface's, or c exp(-(angle / m)^2).") \
+  F(real,    c, 0, 0, 1000, "", "Height of gaussian; 0, and all that would make light, is the most that makes none.")
+#define STUDIO_FIELDS(F)                                                                                              \
+  F(color,   color, (0.7, 0.7, 0.7), 0, 1, "", "Colour of the body.")                                                 \
+  F(texture, color_texture, -1, 0, 0, "", "Multiplies color.")                                                        \
+  F(real,    reflection, 0, 0, 1, "", "From matt to a mirror that keeps its colour white.")                           \
+  F(real,    direct_to_scatter, 0.5, 0, 1, "", "How much of the light that falls on the body it gives on: half at 0, all at 1.") \
+  F(real,    specular, 0.5, 0, 1, "", "Strength of the highlight.")                                                   \
+  F(real,    roughness, 0.5, 0, 1, "", "Spread of reflection and highlight.")                                         \
+  F(real,    metallic, 0, 0, 1, "", "Colours all reflection like the body, and takes the matt part away.")
+#define MIX_FIELDS(F)                                                                                            \
+  F(material, first, -1, 0, 0, "", "One material; none: a grey pbr.")                                            \
+  F(material, second, -1, 0, 0, "", "The other. Mixes may hold mixes, four deep at most, and never themselves.") \
+  F(real,    amount, 0.5, 0, 1, "", "How much of the second.")                                                   \
+  F(texture, amount_texture, -1, 0, 0, "", "Multiplies amount.")                                                 \
+  F(choice,  amount_channel, 0, 0, 0, "r|g|b|a", "The channel of amount_texture that counts.")
 #define EMISSION_FIELDS(F)                                                                                 \
   F(color,   color, (1, 1, 1), 0, NO_LIMIT, "", "Emitted colour; radiance is this times strength.")        \
   F(texture, color_texture, -1, 0, 0, "", "Multiplies color.")                                             \
@@ -269,10 +338,18 @@ FIELD_STRUCT(Lambert, LAMBERT_FIELDS);
 FIELD_STRUCT(Mirror, MIRROR_FIELDS);
 FIELD_STRUCT(Glass, GLASS_FIELDS);
 FIELD_STRUCT(Emission, EMISSION_FIELDS);
+FIELD_STRUCT(Principled, PRINCIPLED_FIELDS);
+FIELD_STRUCT(Phong, PHONG_FIELDS);
+FIELD_STRUCT(CookTorrance, COOK_TORRANCE_FIELDS);
+FIELD_STRUCT(Studio, STUDIO_FIELDS);
+FIELD_STRUCT(Mix, MIX_FIELDS);
 typedef enum { ALPHA_OPAQUE, ALPHA_MASK, ALPHA_BLEND } AlphaMode;
 
-typedef enum MaterialKind { MATERIAL_PBR, MATERIAL_LAMBERT, MATERIAL_MIRROR, MATERIAL_GLASS,
-                            MATERIAL_EMISSION } MaterialKind;
+typedef enum { FACETS_BECKMANN, FACETS_GAUSSIAN } FacetDistribution;
+
+typedef enum MaterialKind { MATERIAL_PBR, MATERIAL_LAMBERT, MATERIAL_MIRROR, MATERIAL_GLASS, MATERIAL_EMISSION,
+                            MATERIAL_PRINCIPLED, MATERIAL_PHONG, MATERIAL_COOK_TORRANCE, MATERIAL_STUDIO,
+                            MATERIAL_MIX } MaterialKind;
 typedef struct Material {
   const char *name;
   int32_t kind; // MaterialKind
@@ -282,6 +359,11 @@ typedef struct Material {
     Mirror mirror;
     Glass glass;
     Emission emission;
+    Principled principled;
+    Phong phong;
+    CookTorrance cook_torrance;
+    Studio studio;
+    Mix mix;
   };
 } Material;
 

@@ -4,6 +4,7 @@
 
 #include "base/file.h"
 #include "scene/element.h"
+#include "scene/mix_check.h"
 #include "scene/rfm.h"
 
 #include <stdio.h>
@@ -124,6 +125,18 @@ static bool read_list(const SceneReader *r, const Section *c, const Json *v)
   return true;
 }
 
+// Mixes may name materials that are read after them, so they are looked at when all are there.
+static bool check_mixes(const SceneReader *r)
+{
+  int32_t i;
+  const char *field;
+  Err wrong = {0};
+  const Scene *s = r->element.scene;
+  if (mix_check(s, NULL, -1, &i, &field, &wrong)) return true;
+  const Json *dict = js_get(js_get(r->root, group_material.name), s->materials.items[i].name);
+  return js_fail(r->element.doc, dict, field, 0, false, r->element.err, "%s", wrong.text);
+}
+
 static bool read_sections(const SceneReader *r)
 {
   for (int i = 0; i < SECTION_COUNT; i++) {
@@ -138,7 +151,7 @@ static bool read_sections(const SceneReader *r)
     }
     if (!ok) return false;
   }
-  return true;
+  return check_mixes(r);
 }
 
 static bool read_names(SceneReader *r)

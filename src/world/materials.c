@@ -1,7 +1,11 @@
 // From a scene's materials and textures to the form shading reads: names become indices, degrees and percentages
 // become the numbers of the formulas. Pixels are attached later, when all pictures are decoded.
 
+#include "base/fmath.h"
+#include "scene/mix_check.h"
+#include "shade/gloss.h"
 #include "world/prepare.h"
+#include "world/translate.h"
 
 // The 2x3 matrix of scale first, then rotation, then offset (KHR_texture_transform, in our v-up coordinates).
 static void uv_map(const TextureCommon *t, float m[2][3])
@@ -166,7 +170,30 @@ SurfaceMaterial surface_default(void)
       .alpha_cutoff = 0.5f, .roughness = 0.5f, .ior = 1.5f, .specular = 1, .normal_scale = 1, .color_map = none,
       .opacity_map = none, .metallic_map = none, .roughness_map = none, .normal_map = none, .bump_map = none, .emission_map = none,
       .specular_map = none, .specular_color_map = none, .transmission_map = none, .clearcoat_map = none,
-      .clearcoat_roughness_map = none};
+      .clearcoat_roughness_map = none, .sheen_color_map = none, .sheen_roughness_map = none, .anisotropy_map = none,
+      .iridescence_map = none, .film_map = none, .film_ior = 1.3f, .mix_map = none};
+}
+
+static bool is_dark(const float c[3]) { return c[0] <= 0 && c[1] <= 0 && c[2] <= 0; }
+
+// What few materials have.
+static void add_extras(Prepare *p, Source *source, const Pbr *m, SurfaceMaterial *s, bool *ok)
+{
+  s->has_extras = !is_dark(m->sheen_color) || m->anisotropy > 0 || m->iridescence > 0;
+  if (!s->has_extras) return;
+  s->sheen_color = v3_load(m->sheen_color);
+  s->sheen_roughness = m->sheen_roughness;
+  s->anisotropy = m->anisotropy;
+  s->anisotropy_turn = m->anisotropy_rotation * (PI / 180);
+  s->iridescence = m->iridescence;
+  s->film_ior = m->iridescence_ior;
+  s->film_least = m->iridescence_thickness_min;
+  s->film_most = m->iridescence_thickness_max;
+  s->sheen_color_map = (TextureRef){prepare_texture(p, source, m->sheen_color_texture, true, ok), 0};
+  s->sheen_roughness_map = (TextureRef){prepare_texture(p, source, m->sheen_roughness_texture, false, ok), 3};
+  s->anisotropy_map = (TextureRef){prepare_texture(p, source, m->anisotropy_texture, false, ok), 0};
+  s->iridescence_map = (TextureRef){prepare_texture(p, source, m->iridescence_texture, false, ok), 0};
+  s->film_map = (TextureRef){prepare_texture(p, source, m->iridescence_thickness_texture, false, ok), 1};
 }
 
 static SurfaceMaterial from_pbr(Prepare *p, Source *source, const Pbr *m, bool *ok)
@@ -191,6 +218,7 @@ static SurfaceMaterial from_pbr(Prepare *p, Source *source, const Pbr *m, bool *
   s.clearcoat = m->clearcoat;
   s.clearcoat_roughness = m->clearcoat_roughness;
   s.normal_scale = m->normal_scale;
+  s.dispersion = m->dispersion;
   s.color_map = (TextureRef){prepare_texture(p, source, m->base_color_texture, true, ok), 0};
   s.opacity_map = (TextureRef){prepare_texture(p, source, m->opacity_texture, false, ok), (uint8_t)m->opacity_channel};
   s.metallic_map =
@@ -207,6 +235,60 @@ static SurfaceMaterial from_pbr(Prepare *p, Source *source, const Pbr *m, bool *
   s.clearcoat_map = (TextureRef){prepare_texture(p, source, m->clearcoat_texture, false, ok), (uint8_t)m->clearcoat_channel};
   s.clearcoat_roughness_map =
       (TextureRef){prepare_texture(p, source, m->clearcoat_roughness_texture, false, ok), (uint8_t)m->clearcoat_roughness_channel};
+  add_extras(p, source, m, &s, ok);
+  return s;
+}
+
+// --- highlights of older tracers ------------------------------------------------------------------
+// Reflects no more than all: what is matt and what is glossy are scaled where they add up to more.
+static void set_parts(SurfaceMaterial *s, const float diffuse[3], const float specular[3])
+{
+  for (int k = 0; k < 3; k++) {
+    const float sum = diffuse[k] + specular[k], scale = sum > 1 ? 1 / sum : 1;
+    s->color[k] = diffuse[k] * scale;
+    s->specular_color[k] = specular[k] * scale;
+  }
+}
+
+static SurfaceMaterial from_phong(Prepare *p, Source *source, const Phong *m, bool *ok)
+{
+  SurfaceMaterial s = surface_default();
+  s.kind = SURFACE_PHONG;
+  set_parts(&s, m->diffuse, m->specular);
+  s.ambient = v3_load(m->ambient);
+  s.distribution = GLOSS_PHONG;
+  s.gloss_width = m->exponent;
+  s.gloss_f0 = v3_all(1);
+  s.color_map.map = prepare_texture(p, source, m->diffuse_texture, true, ok);
+  return s;
+}
+
+// The height at which facets of the Gaussian distribution cover the surface once: 1 / integral of exp(-(a / m)^2) cos a
+// over the hemisphere, by 2000 midpoints (error below 1e-6 for m >= 0.02). No libm: a picture depends on it.
+static float gaussian_height(float m)
+{
+  enum { STEPS = 2000 };
+  double sum = 0;
+  for (int i = 0; i < STEPS; i++) {
+    const double a = (i + 0.5) / STEPS * (3.14159265358979323846 / 2);
+    sum += fmath_exp(-a * a / ((double)m * m)) * (double)(f_cos((float)a) * f_sin((float)a));
+  }
+  return (float)(1 / (sum * 3.14159265358979323846 * 3.14159265358979323846 / STEPS));
+}
+
+static SurfaceMaterial from_cook_torrance(Prepare *p, Source *source, const CookTorrance *m, bool *ok)
+{
+  SurfaceMaterial s = surface_default();
+  s.kind = SURFACE_COOK_TORRANCE;
+  set_parts(&s, m->diffuse, m->specular);
+  s.ambient = v3_load(m->ambient);
+  s.distribution = m->distribution == FACETS_GAUSSIAN ? GLOSS_GAUSSIAN : GLOSS_BECKMANN;
+  s.gloss_width = m->roughness;
+  s.gloss_f0 = v3_load(m->f0);
+  s.gloss_given_c = m->c;
+  const float most = gaussian_height(m->roughness);
+  s.gloss_c = m->c > 0 ? min_f(m->c, most) : most;
+  s.color_map.map = prepare_texture(p, source, m->diffuse_texture, true, ok);
   return s;
 }
 
@@ -231,6 +313,7 @@ static SurfaceMaterial from_material(Prepare *p, Source *source, const Material 
     s.ior = m->glass.ior;
     s.roughness = m->glass.roughness;
     s.transmission = 1;
+    s.dispersion = m->glass.dispersion;
     s.absorption = absorption(m->glass.attenuation_color, m->glass.attenuation_distance);
     return s;
   case MATERIAL_EMISSION:
@@ -240,8 +323,68 @@ static SurfaceMaterial from_material(Prepare *p, Source *source, const Material 
     s.is_light = m->emission.lights_others && !v3_is_zero(s.emission);
     s.emission_map.map = prepare_texture(p, source, m->emission.color_texture, true, ok);
     return s;
+  case MATERIAL_PRINCIPLED: {
+    const Pbr pbr = pbr_of_principled(&m->principled);
+    return from_pbr(p, source, &pbr, ok);
+  }
+  case MATERIAL_PHONG: return from_phong(p, source, &m->phong, ok);
+  case MATERIAL_COOK_TORRANCE: return from_cook_torrance(p, source, &m->cook_torrance, ok);
+  case MATERIAL_STUDIO: {
+    const Pbr pbr = pbr_of_studio(&m->studio);
+    return from_pbr(p, source, &pbr, ok);
+  }
+  case MATERIAL_MIX:
+    s.kind = SURFACE_MIX;
+    s.mix_amount = m->mix.amount;
+    s.mix_map = (TextureRef){prepare_texture(p, source, m->mix.amount_texture, false, ok),
+                             (uint8_t)m->mix.amount_channel};
+    return s;
   }
   unreachable();
+}
+
+// --- mixes ----------------------------------------------------------------------------------------
+// What shines of a mix is aimed at if one colour (times one texture) says what that is everywhere.
+static void join_emission(Prepare *p, SurfaceMaterial *s, const SurfaceMaterial *a, const SurfaceMaterial *b)
+{
+  const bool has_a = !v3_is_zero(a->emission), has_b = !v3_is_zero(b->emission), is_even = s->mix_map.map < 0;
+  const SurfaceMaterial *one = has_a ? a : b, *other = has_b ? b : a;
+  s->emission = v3_mix(a->emission, b->emission, s->mix_amount);
+  s->emission_map = one->emission_map;
+  if ((!has_a && !has_b) || (is_even && v3_is_zero(s->emission))) return;
+  if (v3_is_zero(s->emission)) s->emission = one->emission; // not zero everywhere, whatever the texture says
+  const bool is_alike = one->emission_map.map == other->emission_map.map && one->is_light == other->is_light &&
+                        one->is_double_sided == s->is_double_sided && other->is_double_sided == s->is_double_sided;
+  s->is_light = one->is_light && is_alike && is_even;
+  if ((one->is_light || other->is_light) && !s->is_light)
+    note_once(&p->world->notes, "a mix that shines differently from place to place is not aimed at, which costs noise");
+}
+
+// Fills in a mix from its two parts, and those first. Ends because mix_check() found no circle.
+static void join_mix(Prepare *p, const Source *source, size_t i)
+{
+  const Material *m = &source->scene->materials.items[i];
+  if (m->kind != MATERIAL_MIX) return;
+  SurfaceMaterial *s = &p->materials.items[source->material_base + i];
+  const int32_t part_i[2] = {m->mix.first, m->mix.second};
+  SurfaceMaterial none = surface_default();
+  const SurfaceMaterial *part[2];
+  int32_t distance[2];
+  for (int k = 0; k < 2; k++) {
+    part[k] = &none;
+    distance[k] = (int32_t)(source->scene->materials.count - i); // the grey one behind the last
+    if (part_i[k] < 0) continue;
+    join_mix(p, source, (size_t)part_i[k]);
+    part[k] = &p->materials.items[source->material_base + (size_t)part_i[k]];
+    distance[k] = part_i[k] - (int32_t)i;
+  }
+  s->mix_first = distance[0];
+  s->mix_second = distance[1];
+  s->is_double_sided = part[0]->is_double_sided || part[1]->is_double_sided;
+  const bool is_opaque = part[0]->alpha_mode == SURFACE_OPAQUE && part[1]->alpha_mode == SURFACE_OPAQUE;
+  s->alpha_mode = is_opaque ? SURFACE_OPAQUE : SURFACE_BLEND;
+  s->needs_filter = !is_opaque || !s->is_double_sided;
+  join_emission(p, s, part[0], part[1]);
 }
 
 bool prepare_add_material(Prepare *p, const SurfaceMaterial *m, const char *name)
@@ -251,9 +394,21 @@ bool prepare_add_material(Prepare *p, const SurfaceMaterial *m, const char *name
          prepare_failed_memory(p);
 }
 
+static bool join_mixes(Prepare *p, const Source *source)
+{
+  bool has_mix = false;
+  const size_t count = source->scene->materials.count;
+  for (size_t i = 0; i < count; i++) has_mix |= source->scene->materials.items[i].kind == MATERIAL_MIX;
+  if (!has_mix) return true;
+  const SurfaceMaterial grey = surface_default();
+  if (!prepare_add_material(p, &grey, NULL)) return false;
+  for (size_t i = 0; i < count; i++) join_mix(p, source, i);
+  return true;
+}
+
 bool prepare_materials(Prepare *p, Source *source)
 {
-  bool ok = true;
+  bool ok = mix_check(source->scene, NULL, -1, NULL, NULL, p->err);
   source->material_base = (uint32_t)p->materials.count;
   for (size_t i = 0; i < source->scene->materials.count && ok; i++) {
     const Material *m = &source->scene->materials.items[i];
@@ -266,5 +421,5 @@ bool prepare_materials(Prepare *p, Source *source)
     ok = ok && prepare_add_material(p, &s, m->name);
     if (!ok) err_where(p->err, "material \"%s\"", m->name);
   }
-  return ok;
+  return ok && join_mixes(p, source);
 }
