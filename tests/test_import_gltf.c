@@ -566,6 +566,32 @@ TEST(a_material_with_everything)
   scene_destroy(s);
 }
 
+TEST(sheen_anisotropy_iridescence_and_dispersion)
+{
+  Scene *s = load_material(
+      "'extensions':{'KHR_materials_sheen':{'sheenColorFactor':[0.1,0.2,0.3],'sheenColorTexture':{'index':0},"
+      "'sheenRoughnessFactor':0.4,'sheenRoughnessTexture':{'index':0}},"
+      "'KHR_materials_anisotropy':{'anisotropyStrength':0.6,'anisotropyRotation':1.5707964,"
+      "'anisotropyTexture':{'index':0}},"
+      "'KHR_materials_iridescence':{'iridescenceFactor':0.7,'iridescenceTexture':{'index':0},'iridescenceIor':1.4,"
+      "'iridescenceThicknessMinimum':200,'iridescenceThicknessMaximum':500,"
+      "'iridescenceThicknessTexture':{'index':0}},"
+      "'KHR_materials_dispersion':{'dispersion':0.36}}");
+  const Pbr *p = &s->materials.items[0].pbr;
+  CHECK_FLOATS(p->sheen_color, 1e-6, 0.1f, 0.2f, 0.3f);
+  CHECK(p->sheen_roughness == 0.4f && p->sheen_color_texture == 0 && p->sheen_roughness_texture == 0);
+  CHECK(p->anisotropy == 0.6f && fabsf(p->anisotropy_rotation - 90) < 1e-4f && p->anisotropy_texture == 0);
+  CHECK(p->iridescence == 0.7f && p->iridescence_ior == 1.4f && p->iridescence_texture == 0);
+  CHECK(p->iridescence_thickness_min == 200 && p->iridescence_thickness_max == 500);
+  CHECK(p->iridescence_thickness_texture == 0 && p->dispersion == 0.36f && s->notes.lines.count == 0);
+  scene_destroy(s);
+  s = load_material("'extensions':{'KHR_materials_sheen':{},'KHR_materials_iridescence':{}}");
+  p = &s->materials.items[0].pbr;
+  CHECK(p->sheen_color[0] == 0 && p->iridescence == 0 && p->iridescence_ior == 1.3f);
+  CHECK(p->iridescence_thickness_min == 100 && p->iridescence_thickness_max == 400);
+  scene_destroy(s);
+}
+
 TEST(defaults_and_special_materials)
 {
   Scene *s = load_material("");
@@ -591,10 +617,11 @@ TEST(defaults_and_special_materials)
   CHECK(s->materials.items[0].pbr.roughness == 0.25f && s->materials.items[0].pbr.metallic == 0);
   CHECK(has_note(s, "specular-glossiness"));
   scene_destroy(s);
-  s = load_material("'name':'x','extensions':{'KHR_materials_sheen':{},'KHR_materials_iridescence':{}},"
+  s = load_material("'name':'x','extensions':{'KHR_materials_diffuse_transmission':{}},"
                     "'pbrMetallicRoughness':{'metallicFactor':7}");
-  CHECK(has_note(s, "KHR_materials_sheen is not supported yet: sheen of material \"x\" is ignored"));
-  CHECK(has_note(s, "iridescence of material \"x\"") && has_note(s, "\"metallicFactor\" of 7 lies outside"));
+  CHECK(has_note(s, "KHR_materials_diffuse_transmission is not supported yet"));
+  CHECK(has_note(s, "diffuse_transmission of material \"x\"") &&
+        has_note(s, "\"metallicFactor\" of 7 lies outside"));
   CHECK(s->materials.items[0].pbr.metallic == 1);
   scene_destroy(s);
 }

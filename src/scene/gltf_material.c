@@ -122,17 +122,51 @@ static bool add_specular_glossiness(Gltf *g, const Json *old, Pbr *pbr, const ch
   return true;
 }
 
+static bool add_sheen(Gltf *g, const Json *json, Pbr *pbr)
+{
+  const Json *s = gltf_extension(json, "KHR_materials_sheen");
+  return gltf_ranged(g, s, "sheenColorFactor", 3, 0, 1, pbr->sheen_color) &&
+         gltf_texture(g, s, "sheenColorTexture", &pbr->sheen_color_texture) &&
+         gltf_ranged(g, s, "sheenRoughnessFactor", 1, 0, 1, &pbr->sheen_roughness) &&
+         gltf_texture(g, s, "sheenRoughnessTexture", &pbr->sheen_roughness_texture);
+}
+
+// Their rotation is in radians, any number of turns; ours in degrees within one.
+static bool add_anisotropy(Gltf *g, const Json *json, Pbr *pbr)
+{
+  const Json *a = gltf_extension(json, "KHR_materials_anisotropy");
+  float turn = 0;
+  if (!gltf_ranged(g, a, "anisotropyStrength", 1, 0, 1, &pbr->anisotropy) ||
+      !gltf_floats(g, a, "anisotropyRotation", 1, &turn) ||
+      !gltf_texture(g, a, "anisotropyTexture", &pbr->anisotropy_texture))
+    return false;
+  pbr->anisotropy_rotation = fmodf(turn * (180 / PI), 360);
+  return true;
+}
+
+static bool add_iridescence(Gltf *g, const Json *json, Pbr *pbr)
+{
+  const Json *i = gltf_extension(json, "KHR_materials_iridescence");
+  return gltf_ranged(g, i, "iridescenceFactor", 1, 0, 1, &pbr->iridescence) &&
+         gltf_texture(g, i, "iridescenceTexture", &pbr->iridescence_texture) &&
+         gltf_ranged(g, i, "iridescenceIor", 1, 1, 5, &pbr->iridescence_ior) &&
+         gltf_ranged(g, i, "iridescenceThicknessMinimum", 1, 0, 10000, &pbr->iridescence_thickness_min) &&
+         gltf_ranged(g, i, "iridescenceThicknessMaximum", 1, 0, 10000, &pbr->iridescence_thickness_max) &&
+         gltf_texture(g, i, "iridescenceThicknessTexture", &pbr->iridescence_thickness_texture);
+}
+
+static bool add_dispersion(Gltf *g, const Json *json, Pbr *pbr)
+{
+  return gltf_ranged(g, gltf_extension(json, "KHR_materials_dispersion"), "dispersion", 1, 0, 20, &pbr->dispersion);
+}
+
 static void note_ignored(Gltf *g, const Json *json, const char *name)
 {
-  static const char *const ignored[] = {"sheen", "anisotropy", "iridescence", "dispersion",
-                                        "diffuse_transmission"};
-  for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) {
-    char extension[60];
-    snprintf(extension, sizeof extension, "KHR_materials_%s", ignored[i]);
-    if (gltf_extension(json, extension))
-      note_once(&g->scene->notes, "%s is not supported yet: %s of material \"%s\" is ignored", extension,
-                ignored[i], name);
-  }
+  if (gltf_extension(json, "KHR_materials_diffuse_transmission"))
+    note_once(&g->scene->notes,
+              "KHR_materials_diffuse_transmission is not supported yet: diffuse_transmission of material \"%s\" is "
+              "ignored",
+              name);
 }
 
 static bool fill_pbr(Gltf *g, const Json *json, Pbr *pbr, const char *name)
@@ -140,7 +174,8 @@ static bool fill_pbr(Gltf *g, const Json *json, Pbr *pbr, const char *name)
   const Json *old = gltf_extension(json, "KHR_materials_pbrSpecularGlossiness");
   if (!add_base(g, json, pbr) || !add_alpha(g, json, pbr) || !add_normal_and_glow(g, json, pbr) ||
       !add_ior(g, json, pbr) || !add_specular(g, json, pbr) || !add_transmission(g, json, pbr) ||
-      !add_clearcoat(g, json, pbr, name))
+      !add_clearcoat(g, json, pbr, name) || !add_sheen(g, json, pbr) || !add_anisotropy(g, json, pbr) ||
+      !add_iridescence(g, json, pbr) || !add_dispersion(g, json, pbr))
     return false;
   if (old && !js_get(json, "pbrMetallicRoughness") && !add_specular_glossiness(g, old, pbr, name))
     return false;

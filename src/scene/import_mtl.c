@@ -14,6 +14,8 @@
 //   ior          Ni; values up to 1 are what programs write that do not know, so only glass believes them
 //   emission     Ke * map_Ke
 //   clearcoat    Pc, Pcr
+//   sheen        Ps, white, with a sheen_roughness of 0.5
+//   anisotropy   aniso, whose negative values stretch across; anisor, 1 for once around
 //   normals      norm, and a bump map whose name says that it is a normal map; -bm is its strength
 //   bump         every other bump map: heights of -bm centimetres
 
@@ -39,7 +41,7 @@ typedef struct Map {
 typedef struct Mtl {
   int32_t name_i; // in the wanted names
   float kd[3], ks[3], ke[3], tf[3];
-  float ns, d, tr, ni, pr, pm, pc, pcr;
+  float ns, d, tr, ni, pr, pm, pc, pcr, ps, aniso, anisor;
   bool has_kd, has_ks, has_ke, has_tf, has_ns, has_d, has_tr, has_ni, has_pr, has_pm;
   int illum; // -1: not given
   Map maps[MAP_COUNT];
@@ -374,6 +376,16 @@ static void set_normals(Library *l, const Mtl *m, Pbr *pbr)
   pbr->normal_scale = clamp_f(normal->strength, -16, 16);
 }
 
+static void set_fibres_and_brushing(const Mtl *m, Pbr *pbr)
+{
+  if (m->ps > 0) {
+    for (int k = 0; k < 3; k++) pbr->sheen_color[k] = clamp_f(m->ps, 0, 1);
+    pbr->sheen_roughness = 0.5f;
+  }
+  pbr->anisotropy = clamp_f(fabsf(m->aniso), 0, 1);
+  pbr->anisotropy_rotation = fmodf(360 * m->anisor + (m->aniso < 0 ? 90 : 0), 360);
+}
+
 static bool close_material(Library *l, Err *err)
 {
   if (!l->is_open) return true;
@@ -392,6 +404,7 @@ static bool close_material(Library *l, Err *err)
   set_opacity(l, m, pbr, opacity);
   set_emission(l, m, pbr);
   set_normals(l, m, pbr);
+  set_fibres_and_brushing(m, pbr);
   if (m->has_ni && (m->ni > 1 || (m->ni > 0 && pbr->transmission > 0))) pbr->ior = clamp_f(m->ni, 1, 5);
   pbr->clearcoat = clamp_f(m->pc, 0, 1);
   pbr->clearcoat_roughness = clamp_f(m->pcr, 0, 1);
@@ -442,6 +455,9 @@ static const Row rows[] = {COLOR("Kd", kd),
                            NUMBER("Pm", pm),
                            NUMBER_("Pc", pc),
                            NUMBER_("Pcr", pcr),
+                           NUMBER_("Ps", ps),
+                           NUMBER_("aniso", aniso),
+                           NUMBER_("anisor", anisor),
                            {"illum", ROW_ILLUM, 0, 0, 0},
                            SILENT("Ka"),
                            SILENT("map_Ka"),
