@@ -249,6 +249,7 @@ static void random_value(const Field *f, char out[300])
   case FIELD_matrix: strcpy(out, "[2,0,0,0,0,3,0,0,0,0.5,1,0,7,8,9,1]"); return;
   case FIELD_text: strcpy(out, "\"a \\\"text\\\"\""); return;
   case FIELD_file: strcpy(out, "\"part.json\""); return;
+  case FIELD_object: strcpy(out, "null"); return;
   case FIELD_texture: strcpy(out, next_random() & 1 ? "\"tiles\"" : "null"); return;
   case FIELD_material: strcpy(out, next_random() & 1 ? "\"my mat\"" : "null"); return;
   case FIELD_choice:

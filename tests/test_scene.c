@@ -117,6 +117,7 @@ static void put_random(Scene *s, const Field *f, void *at)
   case FIELD_texture:
     *(int32_t *)at = (int32_t)(next_random() % (uint32_t)(s->textures.count + 1)) - 1;
     return;
+  case FIELD_object: *(int32_t *)at = -1; return; // must stand further up, see test_shapes.c
   case FIELD_material:
     *(int32_t *)at = (int32_t)(next_random() % (uint32_t)(s->materials.count + 1)) - 1;
     return;
@@ -371,7 +372,8 @@ static void refuse_values(const Section *c, const Kind *k, bool in_nested, const
     check_value_refused(c, k, in_nested, f, wrong[i], false);
   }
   const bool may_be_null =
-      is_text || f->type == FIELD_matrix || f->type == FIELD_texture || f->type == FIELD_material;
+      is_text || f->type == FIELD_matrix || f->type == FIELD_texture ||
+      f->type == FIELD_material || f->type == FIELD_object;
   if (!may_be_null) check_value_refused(c, k, in_nested, f, "null", false);
   if (!is_number && !is_three && f->type != FIELD_vec2 && f->type != FIELD_size) return;
   const int count = is_number ? 1 : f->type == FIELD_vec2 || f->type == FIELD_size ? 2 : 3;

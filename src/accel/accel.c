@@ -14,6 +14,8 @@ static Bounds object_bounds(const Instance *i)
   case INSTANCE_SPHERE: return (Bounds){v3(-a, -a, -a), v3(a, a, a)};
   case INSTANCE_QUAD: return (Bounds){v3(-a, -b, 0), v3(a, b, 0)};
   case INSTANCE_DISK: return (Bounds){v3(-a, -a, 0), v3(a, a, 0)};
+  case INSTANCE_SOLID: return solid_bounds(i->solid);
+  case INSTANCE_CSG: return i->csg->bounds;
   }
   unreachable();
 }
@@ -33,11 +35,14 @@ static bool frame_is_identity(const Frame *f)
   return same;
 }
 
+static const Bounds endless = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
+
 // The box of the object's box in the world: each axis of the map adds its share to either side (Arvo, "Transforming
 // axis-aligned bounding boxes", Graphics Gems 1990). Sums of four rounded terms are off by at most four ulps of the
 // terms' sizes; the ray's transform back by about as much again, so eight.
-static Bounds world_bounds(const Frame *m, const Bounds *b)
+Bounds accel_world_bounds(const Frame *m, const Bounds *b)
 {
+  if (!bounds_is_finite(b)) return endless;
   const Vec3 axes[3] = {m->x, m->y, m->z};
   Bounds w = {m->p, m->p};
   Vec3 size = lanes_max(m->p, -m->p);
@@ -52,6 +57,11 @@ static Bounds world_bounds(const Frame *m, const Bounds *b)
   return w;
 }
 
+static bool is_endless(const Instance *i, const Bounds *b)
+{
+  return (i->kind == INSTANCE_SOLID || i->kind == INSTANCE_CSG) && !bounds_is_empty(b) && !bounds_is_finite(b);
+}
+
 // Empty when nothing can hit the instance: no extent, no inverse, or numbers that are not finite.
 static Bounds instance_bounds(const Instance *i)
 {
@@ -59,9 +69,10 @@ static Bounds instance_bounds(const Instance *i)
   const float det = frame_determinant(&i->object_from_world);
   const bool is_placed = frame_is_finite(&i->world_from_object) && frame_is_finite(&i->object_from_world) &&
                          det != 0 && det == det;
+  if (is_placed && is_endless(i, &b)) return endless;
   if (!is_placed || bounds_is_empty(&b) || !bounds_is_finite(&b)) return bounds_empty();
   if (i->is_identity) return b;
-  const Bounds w = world_bounds(&i->world_from_object, &b);
+  const Bounds w = accel_world_bounds(&i->world_from_object, &b);
   return bounds_is_finite(&w) ? w : bounds_empty();
 }
 
@@ -84,7 +95,22 @@ static void add_instance(Accel *a, Build *b, const Instance *from)
     a->boxes[i][2 * k + 1] = box.hi[k];
   }
   if (bounds_is_empty(&box)) return;
+  if (!bounds_is_finite(&box)) {
+    a->endless[a->endless_count++] = (uint32_t)i;
+    return;
+  }
   b->refs[b->count++] = ref_of(&box, (uint32_t)i);
+}
+
+static size_t count_endless(const Instance *instances, size_t count)
+{
+  size_t n = 0;
+  for (size_t i = 0; i < count; i++) {
+    if (instances[i].kind != INSTANCE_SOLID && instances[i].kind != INSTANCE_CSG) continue;
+    const Bounds b = instance_bounds(&instances[i]);
+    n += !bounds_is_empty(&b) && !bounds_is_finite(&b);
+  }
+  return n;
 }
 
 static bool fill_accel(Accel *a, Build *b, const Instance *instances, size_t count, Err *err)
@@ -92,7 +118,10 @@ static bool fill_accel(Accel *a, Build *b, const Instance *instances, size_t cou
   if (count == 0) return true;
   a->instances = mem_alloc(count, sizeof *a->instances);
   a->boxes = mem_alloc(count, sizeof *a->boxes);
-  if (!a->instances || !a->boxes) return err_memory(err, "the instances", count * sizeof *a->instances);
+  const size_t endless_count = count_endless(instances, count);
+  if (endless_count) a->endless = mem_alloc(endless_count, sizeof *a->endless);
+  if (!a->instances || !a->boxes || (endless_count && !a->endless))
+    return err_memory(err, "the instances", count * sizeof *a->instances);
   if (!build_init(b, count, err)) return false;
   b->count = 0;
   for (size_t i = 0; i < count; i++) add_instance(a, b, &instances[i]);
@@ -135,6 +164,7 @@ void accel_destroy(Accel *a)
   mem_free(a->nodes);
   mem_free(a->instances);
   mem_free(a->boxes);
+  mem_free(a->endless);
   mem_free(a);
 }
 
@@ -146,7 +176,8 @@ void accel_bounds(const Accel *a, float lo[3], float hi[3])
 
 size_t accel_bytes(const Accel *a)
 {
-  return sizeof *a + a->node_count * sizeof *a->nodes + a->instance_count * (sizeof *a->instances + sizeof *a->boxes);
+  return sizeof *a + a->node_count * sizeof *a->nodes + a->instance_count * (sizeof *a->instances + sizeof *a->boxes) +
+         a->endless_count * sizeof *a->endless;
 }
 
 size_t accel_instance_count(const Accel *a) { return a->instance_count; }

@@ -2,7 +2,10 @@
 // instances and by successive worlds; the upper level is one tree over the instances' boxes. Immutable once built.
 //
 //   Accel: top tree -> Instance (map, mask) -> MeshTree: Node8 -> Tri8 blocks, or the same made compact
-//                                           or a shape: sphere, quad, disk
+//                                           or a shape: sphere, quad, disk, solid, body of solids
+//
+// Instances without ends (planes, cylinders and cones that go on for ever) stand in a list of their own, which every ray
+// walks first: their boxes would cover every node of the tree.
 //
 // This header is the cold side (building, owning). accel/traverse.h is the hot side: closest hit and any hit.
 
@@ -12,6 +15,7 @@
 #include "base/err.h"
 #include "base/jobs.h"
 #include "base/ray.h"
+#include "geom/csg.h"
 
 #include <stddef.h>
 
@@ -50,13 +54,25 @@ void mesh_tree_release(MeshTree *t); // accepts NULL
 size_t mesh_tree_bytes(const MeshTree *t); // without the mesh's own arrays
 void mesh_tree_bounds(const MeshTree *t, float lo[3], float hi[3]); // lo > hi when it is empty
 
-typedef enum InstanceKind { INSTANCE_MESH, INSTANCE_SPHERE, INSTANCE_QUAD, INSTANCE_DISK } InstanceKind;
+typedef enum InstanceKind {
+  INSTANCE_MESH,
+  INSTANCE_SPHERE,
+  INSTANCE_QUAD,
+  INSTANCE_DISK,
+  INSTANCE_SOLID,
+  INSTANCE_CSG,
+} InstanceKind;
 
 // A placed shape. In object space a sphere has radius size[0] about the origin, a quad spans
 // [-size[0], size[0]] x [-size[1], size[1]] in the plane z = 0, a disk has radius size[0] there; both face +z.
+// A solid is as geom/solid.h says; a body of solids has its leaves placed in the world, and the identity for a map.
 typedef struct Instance {
   Frame world_from_object, object_from_world;
   MeshTree *mesh;     // of INSTANCE_MESH; shared
+  union {
+    const Solid *solid; // of INSTANCE_SOLID; must outlive the tree
+    const Csg *csg;     // of INSTANCE_CSG; likewise
+  };
   float size[2];
   uint8_t kind;       // InstanceKind
   uint8_t mask;       // RayMask bits of the rays that see it
@@ -69,7 +85,10 @@ typedef struct Accel Accel;
 // Takes a copy of the instances and shares their meshes. Instances with a singular map hit nothing.
 Accel *accel_build(const Instance *instances, size_t count, Jobs *jobs, const Cancel *cancel, Err *err);
 void accel_destroy(Accel *a); // accepts NULL
-void accel_bounds(const Accel *a, float lo[3], float hi[3]); // of everything; lo > hi when empty
+void accel_bounds(const Accel *a, float lo[3], float hi[3]); // of all that has ends; lo > hi when there is nothing
+// The box in the world of a box in object space, with what rounding may do to a ray on its way there. Not finite where
+// the box is not.
+Bounds accel_world_bounds(const Frame *world_from_object, const Bounds *b);
 size_t accel_bytes(const Accel *a); // upper level only
 size_t accel_instance_count(const Accel *a);
 const Instance *accel_instances(const Accel *a);

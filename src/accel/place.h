@@ -16,6 +16,18 @@ static inline SurfacePoint accel_surface(const Accel *a, const TriangleMesh *mes
   case INSTANCE_SPHERE: return surface_of_sphere(i->size[0], &at, ray, hit);
   case INSTANCE_QUAD: return surface_of_flat(i->size[0], i->size[1], &at, ray, hit);
   case INSTANCE_DISK: return surface_of_flat(i->size[0], i->size[0], &at, ray, hit);
+  case INSTANCE_SOLID: {
+    const Vec3 o = frame_point(at.object_from_world, ray->o), d = frame_vector(at.object_from_world, ray->d);
+    const SolidRay own = {{o[0], o[1], o[2]}, {d[0], d[1], d[2]}};
+    return surface_of_solid(i->solid, &at, &own, false, ray, hit);
+  }
+  case INSTANCE_CSG: {
+    const CsgLeaf *leaf = &i->csg->leaves[hit->prim / SOLID_PARTS];
+    const float o[3] = {ray->o[0], ray->o[1], ray->o[2]}, d[3] = {ray->d[0], ray->d[1], ray->d[2]};
+    const SolidRay own = csg_leaf_ray(leaf, o, d);
+    const Placement placed = {&leaf->world_from_leaf, &leaf->leaf_from_world};
+    return surface_of_solid(&leaf->solid, &placed, &own, leaf->is_flipped, ray, hit);
+  }
   }
   unreachable();
 }

@@ -158,7 +158,56 @@ static inline bool block_closest(Query *q, const Visit *v, const Tri8 *b)
   return found;
 }
 
-// Spheres, quads and disks: up to two crossings, nearest first.
+// What take_crossing needs to know of the instance.
+typedef struct CrossingTaker {
+  Query *query;
+  const Visit *visit;
+} CrossingTaker;
+
+// A crossing of a solid's skin or a body's, at t on the ray. False: it is not the best hit.
+static inline bool take_crossing(Query *q, const Visit *v, double t, uint32_t prim, const Solid *s, uint32_t part,
+                                 const SolidRay *own)
+{
+  const float at = max_f((float)t, v->near);
+  if (!((float)t > v->ray->tmin) || !is_better(&q->best, at, v->instance_i, prim)) return false;
+  Hit hit = {at, 0, 0, prim, v->instance_i};
+  if (!q->is_any) {
+    double p[3];
+    solid_point(own, t, p);
+    const Vec2 uv = solid_uv(s, part, p);
+    hit.u = uv.x;
+    hit.v = uv.y;
+  }
+  return take_hit(q, v, &hit);
+}
+
+static inline bool solid_closest(Query *q, const Visit *v)
+{
+  const Solid *s = v->instance->solid;
+  const TreeRay *r = v->ray;
+  const SolidRay own = {{r->o[0], r->o[1], r->o[2]}, {r->d[0], r->d[1], r->d[2]}};
+  const Crossings c = solid_cross(s, &own);
+  for (int i = 0; i < c.count; i++)
+    if (take_crossing(q, v, c.at[i].t, c.at[i].part, s, c.at[i].part, &own)) return true;
+  return false;
+}
+
+static inline bool csg_take(void *user, double t, uint32_t prim)
+{
+  const CrossingTaker *taker = user;
+  const Visit *v = taker->visit;
+  const CsgLeaf *leaf = &v->instance->csg->leaves[prim / SOLID_PARTS];
+  const SolidRay own = csg_leaf_ray(leaf, v->ray->o, v->ray->d);
+  return take_crossing(taker->query, v, t, prim, &leaf->solid, prim % SOLID_PARTS, &own);
+}
+
+static inline bool csg_closest(Query *q, const Visit *v)
+{
+  CrossingTaker taker = {q, v};
+  return csg_first(v->instance->csg, v->ray, csg_take, &taker);
+}
+
+// Shapes by formula: up to two crossings of spheres, quads and disks, nearest first; solids have loops of their own.
 static inline bool shape_closest(Query *q, const Visit *v)
 {
   const Instance *s = v->instance;
@@ -169,6 +218,8 @@ static inline bool shape_closest(Query *q, const Visit *v)
   case INSTANCE_SPHERE: count = sphere_hit(s->size[0], v->ray, t) ? 2 : 0; break;
   case INSTANCE_QUAD: count = quad_hit(s->size[0], s->size[1], v->ray, t, &u, &w); break;
   case INSTANCE_DISK: count = disk_hit(s->size[0], v->ray, t, &u, &w); break;
+  case INSTANCE_SOLID: return solid_closest(q, v);
+  case INSTANCE_CSG: return csg_closest(q, v);
   case INSTANCE_MESH: break;
   }
   for (int i = 0; i < count; i++) {

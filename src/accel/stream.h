@@ -442,6 +442,10 @@ static inline void stream_world(Stream *s, RaySet *world, uint64_t set)
   StreamStack stack;
   RaySet own;
   uint32_t child;
+  for (size_t i = 0; i < a->endless_count; i++) {
+    if (s->is_any) set &= ~s->found;
+    if (set) stream_instance(s, a->endless[i], world, &own, set);
+  }
   stream_begin(&stack, a->root, set);
   if (a->root == EMPTY_TREE) return;
   while (stream_pop(s, &stack, &child, &set)) {

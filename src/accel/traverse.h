@@ -68,15 +68,24 @@ static inline bool instance_closest(Query *q, const Accel *a, uint32_t instance_
   return v.instance->kind == INSTANCE_MESH ? mesh_closest(q, &v) : shape_closest(q, &v);
 }
 
+// The instances that have no ends; first, so that what they hide is not walked for.
+static inline bool endless_closest(Query *q, const Accel *a, const TreeRay *world, RayMask mask)
+{
+  bool found = false;
+  for (size_t i = 0; i < a->endless_count && !(found && q->is_any); i++)
+    found |= instance_closest(q, a, a->endless[i], world, world->tmin, mask);
+  return found;
+}
+
 // Walks the upper tree. True when something was hit: q->best.
 static inline bool accel_walk(const Accel *a, RayMask mask, Query *q)
 {
   TreeRay r;
-  if (a->root == EMPTY_TREE || !tree_ray_init(&r, q->ray->o, q->ray->d, q->ray->tmin)) return false;
-  if (!(r.tmin < q->ray->tmax)) return false;
+  if (!tree_ray_init(&r, q->ray->o, q->ray->d, q->ray->tmin) || !(r.tmin < q->ray->tmax)) return false;
   StackEntry stack[STACK_SIZE + 8];
   int height = 0;
-  bool found = false;
+  bool found = a->endless_count && endless_closest(q, a, &r, mask);
+  if (a->root == EMPTY_TREE || (found && q->is_any)) return found;
   stack[height++] = (StackEntry){a->root, r.tmin};
   if (a->root & LEAF_BIT) stack[0].near = tree_ray_box(&r, a->boxes[a->root & ~LEAF_BIT], q->best.t);
   while (height > 0) {

@@ -10,6 +10,7 @@
 
 #include "accel/batch_rays.h"
 #include "accel/compact.h"
+#include "accel/traverse.h"
 
 enum { MOST_TURNS = 32 }; // of 4, 8, 16 and 32 the best
 
@@ -88,14 +89,14 @@ static inline bool turn_begin(Turn *t, const Batch *b, size_t *next)
     t->ray_i = (uint32_t)i;
     t->ray = ray_unpack(&b->rays[i]);
     t->query = query_of(&t->ray, b->filter, batch_user(b, i), b->counters, b->blocked != NULL);
-    if (a->root == EMPTY_TREE || !tree_ray_init(&t->world, t->ray.o, t->ray.d, t->ray.tmin) ||
-        !(t->world.tmin < t->ray.tmax)) {
-      batch_answer(b, i, &t->query.best, false);
+    const bool is_ray = tree_ray_init(&t->world, t->ray.o, t->ray.d, t->ray.tmin) && t->world.tmin < t->ray.tmax;
+    t->found = is_ray && a->endless_count && endless_closest(&t->query, a, &t->world, b->mask);
+    if (a->root == EMPTY_TREE || !is_ray || (t->found && b->blocked)) {
+      batch_answer(b, i, &t->query.best, t->found);
       continue;
     }
     t->stack[0] = (StackEntry){EMPTY_TREE, -INFINITY};
     t->height = 1;
-    t->found = false;
     t->fetched = 0;
     t->child = a->root;
     t->near = t->world.tmin;

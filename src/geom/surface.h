@@ -10,6 +10,7 @@
 #define RAYFOLD_GEOM_SURFACE_H
 
 #include "base/ray.h"
+#include "geom/solid.h"
 #include "geom/sphere.h"
 
 // The arrays of a triangle mesh, owned by someone else. Only positions and triangles must be there.
@@ -201,6 +202,36 @@ static inline SurfacePoint surface_of_sphere(float radius, const Placement *at, 
   const Vec3 dpdu = v3(po[2], 0, -po[0]);
   surface_smooth_frame(&s, frame_vector(at->world_from_object, dpdu),
                        frame_vector(at->world_from_object, v3_cross(po, dpdu)));
+  return s;
+}
+
+// The crossing that a hit was, found again: Hit.t has lost digits on the way.
+static inline double solid_crossing_near(const Solid *s, const SolidRay *own, const Hit *hit)
+{
+  const Crossings c = solid_cross(s, own);
+  double best = (double)hit->t, off = INFINITY;
+  for (int i = 0; i < c.count; i++) {
+    const double away = fabs(c.at[i].t - (double)hit->t);
+    if (c.at[i].part != hit->prim % SOLID_PARTS || !(away < off)) continue;
+    best = c.at[i].t;
+    off = away;
+  }
+  return best;
+}
+
+// own: the ray in the solid's space. is_flipped: the solid is cut out of something, which begins where it ends.
+static inline SurfacePoint surface_of_solid(const Solid *solid, const Placement *at, const SolidRay *own,
+                                            bool is_flipped, const Ray *ray, const Hit *hit)
+{
+  const uint32_t part = hit->prim % SOLID_PARTS;
+  double p[3];
+  solid_point(own, solid_crossing_near(solid, own, hit), p);
+  const Vec3 n = solid_normal(solid, part, p), u = solid_along_u(solid, part, p);
+  const Vec3 outward = v3_normalize(frame_normal(at->object_from_world, n));
+  SurfacePoint s = surface_begin(ray, hit, is_flipped ? -outward : outward);
+  surface_place(&s, at, p);
+  s.uv[0] = s.uv[1] = solid_uv(solid, part, p);
+  surface_smooth_frame(&s, frame_vector(at->world_from_object, u), frame_vector(at->world_from_object, v3_cross(n, u)));
   return s;
 }
 

@@ -45,9 +45,23 @@ static bool check_object(const ObjectCommon *o, const char **field, Err *err)
   return true;
 }
 
+static bool check_triangle(const ShapeTriangle *t, const char **field, Err *err)
+{
+  *field = "c";
+  const Vec3 a = v3_load(t->a), n = v3_cross(v3_load(t->b) - a, v3_load(t->c) - a);
+  const float area2 = v3_length(n);
+  return (area2 > 1e-30f && isfinite(area2)) ||
+         err_set(err, ERR_BAD_SCENE, "the triangle's corners lie on a line, or too near or far for the engine's numbers");
+}
+
 static bool check_shape(const Shape *s, const char **field, Err *err)
 {
   *field = NULL;
+  if (s->kind == SHAPE_TRIANGLE) return check_triangle(&s->triangle, field, err);
+  if (s->kind == SHAPE_CONE && s->cone.radius == 0 && s->cone.top_radius == 0) {
+    *field = "radius";
+    return err_set(err, ERR_BAD_SCENE, "a cone needs a \"radius\" or a \"top_radius\" above 0");
+  }
   if (s->kind != SHAPE_MESH || s->mesh.file || s->mesh_i >= 0) return true;
   return err_set(err, ERR_BAD_SCENE, "a mesh needs a \"file\", or \"positions\" and \"triangles\"");
 }

@@ -13,6 +13,7 @@ static void set_default(const Field *f, void *object)
   case FIELD_integer:
   case FIELD_choice:
   case FIELD_texture:
+  case FIELD_object:
   case FIELD_material: *(int32_t *)at = (int32_t)f->number[0]; return;
   case FIELD_color:
   case FIELD_vec3:

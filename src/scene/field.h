@@ -30,6 +30,7 @@ typedef enum FieldType {
   FIELD_file,     // the same, a path relative to the file that names it
   FIELD_choice,   // int32_t, index into the names
   FIELD_texture,  // int32_t, index of a texture in the same scene, -1 none; in files its name
+  FIELD_object,   // int32_t, index of an object in the same scene, -1 none; in files its name
   FIELD_material, // int32_t, index of a material in the same scene, -1 none; in files its name
 } FieldType;
 
@@ -57,6 +58,7 @@ typedef struct Field {
 #define FIELD_C_choice(n)   int32_t n;
 #define FIELD_C_texture(n)  int32_t n;
 #define FIELD_C_material(n) int32_t n;
+#define FIELD_C_object(n)   int32_t n;
 
 #define FIELD_UNPAREN(...)  __VA_ARGS__
 #define FIELD_D_real(d)     .number = {d}
@@ -72,6 +74,7 @@ typedef struct Field {
 #define FIELD_D_choice(d)   .number = {d}
 #define FIELD_D_texture(d)  .number = {d}
 #define FIELD_D_material(d) .number = {d}
+#define FIELD_D_object(d)   .number = {d}
 
 #define FIELD_MEMBER(type, name, dflt, lo, hi, unit, sentence) FIELD_C_##type(name)
 #define FIELD_ROW(type_, name_, dflt, lo, hi, unit_, sentence_)                             \

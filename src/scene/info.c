@@ -62,6 +62,27 @@ static Box shape_box(const Scene *s, const Shape *shape, Count *count)
   case SHAPE_QUAD: return half_box(shape->quad.size[0] / 2, shape->quad.size[1] / 2, 0);
   case SHAPE_DISK: return half_box(shape->disk.radius, shape->disk.radius, 0);
   case SHAPE_BOX: return half_box(shape->box.size[0] / 2, shape->box.size[1] / 2, shape->box.size[2] / 2);
+  case SHAPE_TRIANGLE: {
+    Box b = nothing;
+    grow(&b, v3_load(shape->triangle.a));
+    grow(&b, v3_load(shape->triangle.b));
+    grow(&b, v3_load(shape->triangle.c));
+    return b;
+  }
+  case SHAPE_CYLINDER:
+    if (shape->cylinder.height == 0) return nothing;
+    return half_box(shape->cylinder.radius, shape->cylinder.height / 2, shape->cylinder.radius);
+  case SHAPE_CONE: {
+    const float widest = max_f(shape->cone.radius, shape->cone.top_radius);
+    return half_box(widest, shape->cone.height / 2, widest);
+  }
+  case SHAPE_TORUS: {
+    const float outer = shape->torus.radius + shape->torus.tube_radius;
+    return half_box(outer, shape->torus.tube_radius, outer);
+  }
+  case SHAPE_PLANE:
+  case SHAPE_ENDLESS_CONE: // have no ends
+  case SHAPE_CSG: return nothing; // its parts are measured, those cut away, too
   case SHAPE_MESH: break;
   }
   if (shape->mesh_i < 0) return nothing;

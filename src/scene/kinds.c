@@ -105,6 +105,24 @@ static const Field shape_disk_fields[] = {SHAPE_DISK_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER ShapeBox
 static const Field shape_box_fields[] = {SHAPE_BOX_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER ShapeTriangle
+static const Field shape_triangle_fields[] = {SHAPE_TRIANGLE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeCylinder
+static const Field shape_cylinder_fields[] = {SHAPE_CYLINDER_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeCone
+static const Field shape_cone_fields[] = {SHAPE_CONE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeEndlessCone
+static const Field shape_endless_cone_fields[] = {SHAPE_ENDLESS_CONE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeTorus
+static const Field shape_torus_fields[] = {SHAPE_TORUS_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeCsg
+static const Field shape_csg_fields[] = {SHAPE_CSG_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER LightPoint
 static const Field light_point_fields[] = {LIGHT_POINT_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -166,6 +184,13 @@ static const Kind shape_kinds[] = {
     KIND("quad", shape_quad_fields, "A rectangle."),
     KIND("disk", shape_disk_fields, "A flat disk."),
     KIND("box", shape_box_fields, "A box."),
+    {"plane", NULL, 0, "An endless plane through the origin, facing +z; uv are its x and y in metres."},
+    KIND("triangle", shape_triangle_fields, "One triangle, its front where the corners run counter-clockwise."),
+    KIND("cylinder", shape_cylinder_fields, "An exact cylinder."),
+    KIND("cone", shape_cone_fields, "An exact cone, or what is left of one without its tip."),
+    KIND("endless_cone", shape_endless_cone_fields, "A cone that goes on for ever."),
+    KIND("torus", shape_torus_fields, "A ring."),
+    KIND("csg", shape_csg_fields, "A body made of others: objects that name this one in part_of, in their order."),
 };
 static const Kind light_kinds[] = {
     KIND("point", light_point_fields, "A point that shines in all directions."),

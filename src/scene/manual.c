@@ -116,6 +116,7 @@ static void put_type(Text *out, const Field *f)
   case FIELD_text: text_add(out, "text"); return;
   case FIELD_file: text_add(out, "file name"); return;
   case FIELD_texture: text_add(out, "texture"); return;
+  case FIELD_object: text_add(out, "object"); return;
   case FIELD_material: text_add(out, "material"); return;
   case FIELD_choice:
     for (int32_t i = 0; choice_name(f, i, name); i++) text_add(out, "%s`%s`", i ? ", " : "", name);

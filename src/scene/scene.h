@@ -412,7 +412,8 @@ typedef struct Mesh {
   F(vec3,   scale, (1, 1, 1), -NO_LIMIT, NO_LIMIT, "", "Sized first.")                                              \
   F(matrix, matrix, 0, -NO_LIMIT, NO_LIMIT, "", "The whole map, 16 numbers, column by column; then the three above must be absent.") \
   F(flag,   visible_to_camera, 1, 0, 1, "", "False: only in reflections and shadows.")                              \
-  F(flag,   casts_shadow, 1, 0, 1, "", "False: light passes it on the way to a surface.")
+  F(flag,   casts_shadow, 1, 0, 1, "", "False: light passes it on the way to a surface.")                            \
+  F(object, part_of, -1, 0, 0, "", "Name of an object of kind csg, further up in the list, that this one is a part of; its place is then relative to that.")
 FIELD_STRUCT(ObjectCommon, OBJECT_FIELDS);
 
 #define SHAPE_MESH_FIELDS(F) \
@@ -425,13 +426,41 @@ FIELD_STRUCT(ObjectCommon, OBJECT_FIELDS);
   F(real, radius, 1, 1e-6, NO_LIMIT, "m", "Centred, facing +z.")
 #define SHAPE_BOX_FIELDS(F) \
   F(vec3, size, (1, 1, 1), 1e-6, NO_LIMIT, "m", "Extent along x, y and z; centred.")
+#define SHAPE_TRIANGLE_FIELDS(F)                                              \
+  F(vec3, a, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "First corner; its uv are (0, 0).")  \
+  F(vec3, b, (1, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "Second corner; its uv are (1, 0).") \
+  F(vec3, c, (0, 1, 0), -NO_LIMIT, NO_LIMIT, "m", "Third corner; its uv are (0, 1).")
+#define SHAPE_CYLINDER_FIELDS(F)                                                                        \
+  F(real, radius, 1, 1e-6, NO_LIMIT, "m", "Around the y axis.")                                         \
+  F(real, height, 2, 0, NO_LIMIT, "m", "From bottom to top, the origin in the middle; 0 has no ends.")  \
+  F(flag, capped, 1, 0, 1, "", "False: an open tube, whose inside can be seen.")
+#define SHAPE_CONE_FIELDS(F)                                                                            \
+  F(real, radius, 1, 0, NO_LIMIT, "m", "At the bottom, y = -height / 2.")                               \
+  F(real, top_radius, 0, 0, NO_LIMIT, "m", "At the top; above 0 the cone has lost its tip.")            \
+  F(real, height, 2, 1e-6, NO_LIMIT, "m", "From bottom to top, the origin in the middle.")              \
+  F(flag, capped, 1, 0, 1, "", "False: open below, and above if it has lost its tip.")
+#define SHAPE_ENDLESS_CONE_FIELDS(F) \
+  F(real, angle, 30, 0.01, 89.99, "deg", "From the axis to the side; the tip is at the origin, wider below.")
+#define SHAPE_TORUS_FIELDS(F)                                                               \
+  F(real, radius, 1, 1e-6, NO_LIMIT, "m", "Of the ring around the y axis, to the middle of the tube.") \
+  F(real, tube_radius, 0.25, 1e-6, NO_LIMIT, "m", "Of the tube; more than the ring's counts as that.")
+#define SHAPE_CSG_FIELDS(F)                                                                                            \
+  F(choice, operation, 0, 0, 0, "union|intersection|difference", "All parts together, what they have in common, or the first without the others.")
 FIELD_STRUCT(ShapeMesh, SHAPE_MESH_FIELDS);
 FIELD_STRUCT(ShapeSphere, SHAPE_SPHERE_FIELDS);
 FIELD_STRUCT(ShapeQuad, SHAPE_QUAD_FIELDS);
 FIELD_STRUCT(ShapeDisk, SHAPE_DISK_FIELDS);
 FIELD_STRUCT(ShapeBox, SHAPE_BOX_FIELDS);
+FIELD_STRUCT(ShapeTriangle, SHAPE_TRIANGLE_FIELDS);
+FIELD_STRUCT(ShapeCylinder, SHAPE_CYLINDER_FIELDS);
+FIELD_STRUCT(ShapeCone, SHAPE_CONE_FIELDS);
+FIELD_STRUCT(ShapeEndlessCone, SHAPE_ENDLESS_CONE_FIELDS);
+FIELD_STRUCT(ShapeTorus, SHAPE_TORUS_FIELDS);
+FIELD_STRUCT(ShapeCsg, SHAPE_CSG_FIELDS);
+typedef enum { CSG_UNION, CSG_INTERSECTION, CSG_DIFFERENCE } CsgOperation;
 
-typedef enum ShapeKind { SHAPE_MESH, SHAPE_SPHERE, SHAPE_QUAD, SHAPE_DISK, SHAPE_BOX } ShapeKind;
+typedef enum ShapeKind { SHAPE_MESH, SHAPE_SPHERE, SHAPE_QUAD, SHAPE_DISK, SHAPE_BOX, SHAPE_PLANE, SHAPE_TRIANGLE,
+                         SHAPE_CYLINDER, SHAPE_CONE, SHAPE_ENDLESS_CONE, SHAPE_TORUS, SHAPE_CSG } ShapeKind;
 typedef struct Shape {
   int32_t kind; // ShapeKind
   union {
@@ -440,6 +469,12 @@ typedef struct Shape {
     ShapeQuad quad;
     ShapeDisk disk;
     ShapeBox box;
+    ShapeTriangle triangle;
+    ShapeCylinder cylinder;
+    ShapeCone cone;
+    ShapeEndlessCone endless_cone;
+    ShapeTorus torus;
+    ShapeCsg csg;
   };
   int32_t mesh_i;  // of SHAPE_MESH: index into scene.meshes for data given inline, by call or by an importer; else -1
   int32_t model_i; // of SHAPE_MESH: index into scene.models for a file; else -1

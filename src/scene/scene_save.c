@@ -362,6 +362,10 @@ static bool save_object(Saver *s, const Object *o)
   if (is_mesh && !s->is_one_file)
     return save_mesh(s, o->shape.mesh_i) && add_parts(s, o, &s->meshes[o->shape.mesh_i]);
   Object moved = *o;
+  const int32_t whole = o->common.part_of; // objects before it may have become several
+  if (whole >= 0 && (size_t)whole < s->scene->objects.count && s->scene->objects.items[whole].name)
+    moved.common.part_of =
+        section_index(s->copy, section_find(group_object.name), s->scene->objects.items[whole].name);
   return move_files(s, &group_object, &moved) && add_object(s, &moved);
 }
 

@@ -88,6 +88,7 @@ static void put_type(Text *out, const Field *f)
     return;
   case FIELD_choice: put_choices(out, f); return;
   case FIELD_texture:
+  case FIELD_object:
   case FIELD_material: text_add(out, "\"type\":[\"string\",\"null\"]"); return;
   }
 }
@@ -107,6 +108,7 @@ static const char *type_name(FieldType type)
   case FIELD_file: return "file";
   case FIELD_choice: return "choice";
   case FIELD_texture: return "texture";
+  case FIELD_object: return "object";
   case FIELD_material: return "material";
   }
   unreachable();

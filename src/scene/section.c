@@ -78,8 +78,9 @@ bool *section_given(const Scene *s, const Section *c)
 // --- references -----------------------------------------------------------------------------------
 const Section *section_of_reference(FieldType type)
 {
-  if (type != FIELD_texture && type != FIELD_material) return NULL;
-  return section_find(type == FIELD_texture ? group_texture.name : group_material.name);
+  if (type == FIELD_texture) return section_find(group_texture.name);
+  if (type == FIELD_material) return section_find(group_material.name);
+  return type == FIELD_object ? section_find(group_object.name) : NULL;
 }
 
 // References at or behind `from` move by `by`.
@@ -106,7 +107,7 @@ static void shift_slots(Scene *s, int32_t from, int32_t by)
 
 static bool is_referred_to(const Section *c)
 {
-  return c->group == &group_texture || c->group == &group_material;
+  return c->group == &group_texture || c->group == &group_material || c->group == &group_object;
 }
 
 static void shift_references(Scene *s, const Section *to, int32_t from, int32_t by)

@@ -50,6 +50,7 @@ void value_range(const Field *f, Text *out)
   case FIELD_file:
   case FIELD_choice:
   case FIELD_texture:
+  case FIELD_object:
   case FIELD_material: return;
   }
   if (!has_low(f) && !has_high(f)) return;
@@ -93,6 +94,7 @@ static const char *wanted(FieldType type)
   case FIELD_file: return "a file name";
   case FIELD_choice: return "one of its names";
   case FIELD_texture: return "the name of a texture";
+  case FIELD_object: return "the name of an object";
   case FIELD_material: return "the name of a material";
   }
   unreachable();
@@ -304,6 +306,7 @@ bool value_read(Scene *s, const Field *f, const Json *v, void *at, int *item, Er
   case FIELD_file: return read_text(s, f, v, at, err);
   case FIELD_choice: return read_choice(f, v, at, err);
   case FIELD_texture:
+  case FIELD_object:
   case FIELD_material: return read_reference(s, f, v, at, err);
   }
   unreachable();
@@ -384,6 +387,7 @@ void value_write(const Scene *s, const Field *f, const void *at, Text *out, bool
       text_add(out, "null");
     return;
   case FIELD_texture:
+  case FIELD_object:
   case FIELD_material: write_reference(s, section_of_reference(f->type), *(const int32_t *)at, out); return;
   }
 }
@@ -397,6 +401,7 @@ size_t value_size(const Field *f)
   case FIELD_integer:
   case FIELD_choice:
   case FIELD_texture:
+  case FIELD_object:
   case FIELD_material: return sizeof(int32_t);
   case FIELD_color:
   case FIELD_vec3: return 3 * sizeof(float);

@@ -69,6 +69,19 @@ static void see_instance(Extent *e, const World *w, const Instance *i)
   case INSTANCE_QUAD:
     see_box(e, &i->world_from_object, (float[3]){-r, -i->size[1], 0}, (float[3]){r, i->size[1], 0});
     return;
+  case INSTANCE_SOLID: {
+    const Bounds b = solid_bounds(i->solid);
+    if (!bounds_is_finite(&b)) return; // no picture shows all of it
+    see_box(e, &i->world_from_object, (float[3]){b.lo[0], b.lo[1], b.lo[2]}, (float[3]){b.hi[0], b.hi[1], b.hi[2]});
+    return;
+  }
+  case INSTANCE_CSG: {
+    const Bounds *b = &i->csg->bounds;
+    const Frame here = frame_identity();
+    if (!bounds_is_finite(b)) return;
+    see_box(e, &here, (float[3]){b->lo[0], b->lo[1], b->lo[2]}, (float[3]){b->hi[0], b->hi[1], b->hi[2]});
+    return;
+  }
   case INSTANCE_DISK: see_box(e, &i->world_from_object, (float[3]){-r, -r, 0}, (float[3]){r, r, 0}); return;
   }
   unreachable();

@@ -229,6 +229,21 @@ static Emitter shape_emitter(Prepare *p, const Instance *i, const SurfaceMateria
     e.y = f->y * (2 * i->size[1]);
     e.area = v3_length(v3_cross(e.x, e.y));
     break;
+  case INSTANCE_SOLID:
+    if (i->solid->kind != SOLID_TRIANGLE) {
+      note_once(&p->world->notes, "a shining plane, cylinder, cone or torus is not aimed at, which costs noise; use a mesh");
+      break;
+    }
+    e.kind = EMITTER_TRIANGLE;
+    e.p = f->p;
+    e.x = f->x;
+    e.y = f->y;
+    e.uv[1][0] = e.uv[2][1] = 1;
+    e.area = v3_length(v3_cross(e.x, e.y)) / 2;
+    break;
+  case INSTANCE_CSG:
+    note_once(&p->world->notes, "a shining csg is not aimed at, which costs noise; use a mesh");
+    break;
   case INSTANCE_DISK:
     e.kind = EMITTER_DISK;
     e.p = f->p;

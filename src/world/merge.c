@@ -40,6 +40,26 @@ static const MeshData **list_meshes(const World *w)
   return NULL;
 }
 
+static bool has_cap(const Solid *s, double y)
+{
+  return s->is_closed && s->radius + s->slope * y > 0;
+}
+
+static Size solid_size(const Solid *s)
+{
+  switch ((SolidKind)s->kind) {
+  case SOLID_TRIANGLE: return (Size){3, 1};
+  case SOLID_TORUS: return (Size){(AROUND + 1) * (DOWN + 1), 2 * AROUND * DOWN};
+  case SOLID_ROUND: {
+    const size_t caps = (size_t)has_cap(s, s->low) + has_cap(s, s->high);
+    return (Size){2 * (AROUND + 1) + caps * (AROUND + 1), 2 * AROUND + caps * AROUND};
+  }
+  case SOLID_PLANE:
+  case SOLID_BOX: return (Size){0};
+  }
+  unreachable();
+}
+
 static Size shape_size(const World *w, size_t i, const MeshData *mesh)
 {
   switch ((InstanceKind)accel_instances(w->accel)[i].kind) {
@@ -47,6 +67,8 @@ static Size shape_size(const World *w, size_t i, const MeshData *mesh)
   case INSTANCE_SPHERE: return (Size){(AROUND + 1) * (DOWN + 1), 2 * AROUND * (DOWN - 1)};
   case INSTANCE_QUAD: return (Size){4, 2};
   case INSTANCE_DISK: return (Size){AROUND + 1, AROUND};
+  case INSTANCE_SOLID: return solid_size(accel_instances(w->accel)[i].solid);
+  case INSTANCE_CSG: return (Size){0};
   }
   unreachable();
 }
@@ -144,6 +166,85 @@ static void put_disk(Merging *m, float radius)
   for (size_t i = 0; i < AROUND; i++) put_triangle(m, base, 0, 1 + i, 1 + (i + 1) % AROUND);
 }
 
+// The skin where it is turned by i of AROUND about the axis and j of `down` along the side or around the tube.
+static void put_turned(Merging *m, const Solid *s, int i, int j, int down)
+{
+  const double turn = 2 * 3.14159265358979323846 * ((double)i / AROUND - 0.5), x = sin(turn), z = cos(turn);
+  double across, y;
+  if (s->kind == SOLID_TORUS) {
+    const double around = 2 * 3.14159265358979323846 * ((double)j / down - 0.5);
+    across = s->size[0] + s->size[1] * cos(around);
+    y = s->size[1] * sin(around);
+  } else {
+    y = j ? s->high : s->low;
+    across = s->radius + s->slope * y;
+  }
+  const double p[3] = {across * x, y, across * z};
+  const double near_tip[3] = {x, s->radius / -s->slope + 1 / s->slope, z}; // a cone's normal does not depend on the height
+  const bool is_tip = s->kind == SOLID_ROUND && !(across > 0);
+  put_vertex(m, v3((float)p[0], (float)p[1], (float)p[2]), solid_normal(s, PART_SIDE, is_tip ? near_tip : p),
+             (float)i / AROUND, (float)j / (float)down);
+}
+
+static void put_turned_skin(Merging *m, const Solid *s, int down)
+{
+  const size_t base = m->vertex, row = AROUND + 1;
+  for (int j = 0; j <= down; j++)
+    for (int i = 0; i <= AROUND; i++) put_turned(m, s, i, j, down);
+  for (size_t j = 0; j < (size_t)down; j++)
+    for (size_t i = 0; i < AROUND; i++) {
+      const size_t a = j * row + i;
+      put_triangle(m, base, a, a + 1, a + row + 1);
+      put_triangle(m, base, a, a + row + 1, a + row);
+    }
+}
+
+static void put_cap(Merging *m, const Solid *s, bool is_high)
+{
+  const size_t base = m->vertex;
+  const double y = is_high ? s->high : s->low, r = s->radius + s->slope * y;
+  const uint32_t part = is_high ? PART_HIGH : PART_LOW;
+  for (int i = 0; i <= AROUND; i++) {
+    const double turn = 2 * 3.14159265358979323846 * (i - 1) / AROUND;
+    const double p[3] = {i ? r * sin(turn) : 0, y, i ? r * cos(turn) : 0};
+    const Vec2 uv = solid_uv(s, part, p);
+    put_vertex(m, v3((float)p[0], (float)p[1], (float)p[2]), v3(0, is_high ? 1 : -1, 0), uv.x, uv.y);
+  }
+  for (size_t i = 0; i < AROUND; i++) {
+    const size_t a = 1 + i, b = 1 + (i + 1) % AROUND;
+    put_triangle(m, base, 0, is_high ? a : b, is_high ? b : a);
+  }
+}
+
+static void put_solid(Merging *m, const Solid *s)
+{
+  switch ((SolidKind)s->kind) {
+  case SOLID_TRIANGLE: {
+    const size_t base = m->vertex;
+    for (int k = 0; k < 3; k++) put_vertex(m, v3(k == 1, k == 2, 0), v3(0, 0, 1), k == 1, k == 2);
+    put_triangle(m, base, 0, 1, 2);
+    return;
+  }
+  case SOLID_TORUS: put_turned_skin(m, s, DOWN); return;
+  case SOLID_ROUND:
+    put_turned_skin(m, s, 1);
+    if (has_cap(s, s->low)) put_cap(m, s, false);
+    if (has_cap(s, s->high)) put_cap(m, s, true);
+    return;
+  case SOLID_PLANE:
+  case SOLID_BOX: return;
+  }
+  unreachable();
+}
+
+// Without ends, or known only as an expression.
+static bool is_unmeshable(const Instance *i)
+{
+  if (i->kind == INSTANCE_CSG) return true;
+  return i->kind == INSTANCE_SOLID &&
+         (i->solid->kind == SOLID_PLANE || !(i->solid->high - i->solid->low < INFINITY));
+}
+
 static bool put_instance(Merging *m, const World *w, size_t i, const MeshData *mesh)
 {
   m->instance = &accel_instances(w->accel)[i];
@@ -153,6 +254,8 @@ static bool put_instance(Merging *m, const World *w, size_t i, const MeshData *m
   case INSTANCE_SPHERE: put_sphere(m, m->instance->size[0]); return true;
   case INSTANCE_QUAD: put_quad(m, m->instance->size[0], m->instance->size[1]); return true;
   case INSTANCE_DISK: put_disk(m, m->instance->size[0]); return true;
+  case INSTANCE_SOLID: put_solid(m, m->instance->solid); return true;
+  case INSTANCE_CSG: return true;
   }
   unreachable();
 }
@@ -193,6 +296,9 @@ static MeshData *create_sized(Size size)
 
 MeshData *world_merge(const World *w, Err *err)
 {
+  for (size_t i = 0; i < w->instance_count; i++)
+    if (is_unmeshable(&accel_instances(w->accel)[i]))
+      return err_set(err, ERR_BAD_SCENE, "planes, other shapes without ends, and csg cannot be written as triangles; take them out first"), NULL;
   const MeshData **meshes = w->instance_count ? list_meshes(w) : NULL;
   if (w->instance_count && !meshes) return err_memory(err, "the merged mesh", 8 * w->instance_count), NULL;
   const Size size = whole_size(w, meshes);

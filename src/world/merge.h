@@ -1,4 +1,4 @@
-// Merge: every surface of a world as one triangle mesh in world space, for programs that know nothing else. Spheres
+// Merge: every surface of a world as one triangle mesh in world space, for programs that know nothing else. Spheres, cylinders, cones, tori
 // and disks become facets; materials and the sharing of instances are lost.
 
 #ifndef RAYFOLD_WORLD_MERGE_H

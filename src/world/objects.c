@@ -94,6 +94,18 @@ static bool add_mesh(Prepare *p, MeshData *data, int32_t part, Instance *i, Worl
   return prepare_add_instance(p, i, w, part);
 }
 
+static bool add_solid(Prepare *p, const Shape *shape, Instance *i, WorldInstance *w)
+{
+  Solid *solid = arena_alloc(&p->world->arena, 1, sizeof *solid);
+  Frame moved;
+  if (!solid) return prepare_failed_memory(p);
+  (void)prepare_solid(shape, solid, &moved);
+  i->kind = INSTANCE_SOLID;
+  i->solid = solid;
+  i->world_from_object = frame_product(&i->world_from_object, &moved);
+  return prepare_add_instance(p, i, w, -1);
+}
+
 static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t material, uint32_t object_i)
 {
   const Frame own = object_frame(&o->common);
@@ -119,6 +131,16 @@ static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t m
     i.kind = INSTANCE_DISK;
     i.size[0] = o->shape.disk.radius;
     return prepare_add_instance(p, &i, &w, -1);
+  case SHAPE_PLANE:
+  case SHAPE_TRIANGLE:
+  case SHAPE_CYLINDER:
+  case SHAPE_CONE:
+  case SHAPE_ENDLESS_CONE:
+  case SHAPE_TORUS: return add_solid(p, &o->shape, &i, &w);
+  case SHAPE_CSG: {
+    const CsgPlace place = {level->source, level->frame, level->material};
+    return prepare_csg(p, &place, (int32_t)level->next - 1, &i, &w);
+  }
   case SHAPE_BOX: {
     MeshData *box = unit_box(p);
     if (!box) return prepare_failed_memory(p);
@@ -148,7 +170,7 @@ static bool add_source(Prepare *p, const Scene *scene)
     s.mesh_parts[i] = parts_add_mesh(p->parts, p->previous, scene->meshes.items[i].data);
     if (s.mesh_parts[i] < 0) return prepare_failed_memory(p);
   }
-  return prepare_materials(p, &s) && (array_push(&p->sources, s) || prepare_failed_memory(p));
+  return prepare_parts(p, &s) && prepare_materials(p, &s) && (array_push(&p->sources, s) || prepare_failed_memory(p));
 }
 
 // Breadth first: the list of sources is the queue. Each scene owns its models, so none is met twice.
@@ -189,6 +211,7 @@ bool prepare_objects(Prepare *p)
       continue;
     }
     const Object *o = &level->source->scene->objects.items[level->next++];
+    if (o->common.part_of >= 0) continue; // goes with the whole
     if (depth == 1) object_i = (uint32_t)level->next - 1;
     int32_t material = level->material;
     if (material < 0 && o->common.material >= 0)
