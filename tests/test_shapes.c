@@ -279,6 +279,18 @@ TEST(points_and_normals)
       const double outer[3] = {out[0], out[1], out[2]}, inner[3] = {in[0], in[1], in[2]};
       CHECK(solid_field(&solid, outer) > solid_field(&solid, inner));
       CHECK(p.is_back == (v3_dot(p.ng, d) > 0));
+      // uv where the derivatives lead, if neither is at its seam.
+      Vec3 dpdu, dpdv;
+      solid_derivatives(&solid, hit.prim, at, &dpdu, &dpdv);
+      const float step = 1e-3f / (1 + v3_length(dpdu) + v3_length(dpdv));
+      const Vec3 moved = o + step * dpdu + 2 * step * dpdv;
+      const double to[3] = {moved[0], moved[1], moved[2]};
+      const Vec2 from_uv = solid_uv(&solid, hit.prim, at), to_uv = solid_uv(&solid, hit.prim, to);
+      const bool is_plain = fabsf(from_uv.x - 0.5f) < 0.45f && fabsf(from_uv.y - 0.5f) < 0.4f && v3_length(dpdu) > 0.5f;
+      if (is_plain && away < 4) {
+        CHECK_NEAR((to_uv.x - from_uv.x) / step, 1, 0.02);
+        CHECK_NEAR((to_uv.y - from_uv.y) / step, 2, 0.02);
+      }
     }
     accel_destroy(a);
   }

@@ -37,16 +37,20 @@ static inline void accel_footprint(const Accel *a, const TriangleMesh *mesh, con
                                    SurfacePoint *s)
 {
   const Instance *i = &a->instances[hit->instance];
-  const Frame *f = &i->world_from_object;
-  s->object_p = frame_point(&i->object_from_world, s->p);
+  const CsgLeaf *leaf = i->kind == INSTANCE_CSG ? &i->csg->leaves[hit->prim / SOLID_PARTS] : NULL;
+  const Frame *f = leaf ? &leaf->world_from_leaf : &i->world_from_object;
+  const Frame *back = leaf ? &leaf->leaf_from_world : &i->object_from_world;
+  s->object_p = frame_point(back, s->p);
   if (!(width > 0)) return;
   footprint_of_cone(s, ray->d, width);
-  s->object_frame = i->object_from_world;
-  s->object_scale = v3_length(frame_vector(&i->object_from_world, s->major)) / v3_length(s->major);
+  s->object_frame = *back;
+  s->object_scale = v3_length(frame_vector(back, s->major)) / v3_length(s->major);
   switch ((InstanceKind)i->kind) {
   case INSTANCE_MESH: footprint_of_triangle(s, mesh, f, hit); return;
   case INSTANCE_SPHERE: footprint_of_sphere(s, f); return;
   case INSTANCE_QUAD: footprint_of_shape(s, f, v3(2 * i->size[0], 0, 0), v3(0, 2 * i->size[1], 0)); return;
+  case INSTANCE_SOLID: footprint_of_solid(s, i->solid, hit->prim, f); return;
+  case INSTANCE_CSG: footprint_of_solid(s, &leaf->solid, hit->prim % SOLID_PARTS, f); return;
   case INSTANCE_DISK: footprint_of_shape(s, f, v3(2 * i->size[0], 0, 0), v3(0, 2 * i->size[0], 0)); return;
   }
   unreachable();

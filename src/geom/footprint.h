@@ -44,6 +44,15 @@ static inline void footprint_of_sphere(SurfacePoint *s, const Frame *world_from_
   if (around > 0) footprint_of_shape(s, world_from_object, dpdu, v3_cross(po, dpdu) / (2 * around));
 }
 
+// object_p must be set.
+static inline void footprint_of_solid(SurfacePoint *s, const Solid *solid, uint32_t part, const Frame *world_from_object)
+{
+  const double p[3] = {(double)s->object_p[0], (double)s->object_p[1], (double)s->object_p[2]};
+  Vec3 dpdu, dpdv;
+  solid_derivatives(solid, part, p, &dpdu, &dpdv);
+  footprint_of_shape(s, world_from_object, dpdu, dpdv);
+}
+
 // The cone `width` metres across that meets the surface along d leaves an ellipse: as wide across d, longer along it by
 // the cosine. Grazing further than 1 : 1024 is taken for that.
 static inline void footprint_of_cone(SurfacePoint *s, Vec3 d, float width)

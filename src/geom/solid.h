@@ -382,21 +382,42 @@ static inline Vec2 solid_uv(const Solid *s, uint32_t part, const double p[3])
   unreachable();
 }
 
-// The direction in which u grows.
-static inline Vec3 solid_along_u(const Solid *s, uint32_t part, const double p[3])
+// How the place moves with u and v.
+static inline void solid_derivatives(const Solid *s, uint32_t part, const double p[3], Vec3 *dpdu, Vec3 *dpdv)
 {
+  const double around = 2 * 3.14159265358979323846, across = sqrt(p[0] * p[0] + p[2] * p[2]);
+  const double x = across > 0 ? p[0] / across : 0, z = across > 0 ? p[2] / across : 1; // outward
   switch ((SolidKind)s->kind) {
   case SOLID_PLANE:
-  case SOLID_TRIANGLE: return v3(1, 0, 0);
+  case SOLID_TRIANGLE:
+    *dpdu = v3(1, 0, 0);
+    *dpdv = v3(0, 1, 0);
+    return;
   case SOLID_BOX: {
     const uint32_t k = part >> 1;
-    const float sign = (part == 1) | (part == 4) ? -1 : 1;
-    return k == 0 ? v3(0, 0, sign) : v3(sign, 0, 0);
+    const float sign = (part == 1) | (part == 4) ? -2 : 2;
+    *dpdu = k == 0 ? v3(0, 0, sign * s->size[2]) : v3(sign * s->size[0], 0, 0);
+    *dpdv = k == 1 ? v3(0, 0, part == 3 ? -2 * s->size[2] : 2 * s->size[2]) : v3(0, 2 * s->size[1], 0);
+    return;
   }
-  case SOLID_ROUND:
-    if (part != PART_SIDE) return v3(1, 0, 0);
-    return solid_vec(p[2], 0, -p[0]);
-  case SOLID_TORUS: return solid_vec(p[2], 0, -p[0]);
+  case SOLID_ROUND: {
+    *dpdu = solid_vec(around * z * across, 0, -around * x * across);
+    if (part != PART_SIDE) {
+      const double width = 2 * (s->radius + s->slope * (part == PART_LOW ? s->low : s->high));
+      *dpdu = solid_vec(width, 0, 0);
+      *dpdv = solid_vec(0, 0, part == PART_LOW ? width : -width);
+    } else if (s->bulge > 0) {
+      *dpdv = solid_vec(-around / 2 * p[1] * x, around / 2 * across, -around / 2 * p[1] * z);
+    } else {
+      const double height = s->low > -INFINITY && s->high < INFINITY ? s->high - s->low : 1;
+      *dpdv = solid_vec(height * s->slope * x, height, height * s->slope * z);
+    }
+    return;
+  }
+  case SOLID_TORUS:
+    *dpdu = solid_vec(around * z * across, 0, -around * x * across);
+    *dpdv = solid_vec(-around * p[1] * x, around * (across - s->size[0]), -around * p[1] * z);
+    return;
   }
   unreachable();
 }

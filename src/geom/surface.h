@@ -226,12 +226,14 @@ static inline SurfacePoint surface_of_solid(const Solid *solid, const Placement 
   const uint32_t part = hit->prim % SOLID_PARTS;
   double p[3];
   solid_point(own, solid_crossing_near(solid, own, hit), p);
-  const Vec3 n = solid_normal(solid, part, p), u = solid_along_u(solid, part, p);
+  const Vec3 n = solid_normal(solid, part, p);
+  Vec3 dpdu, dpdv;
+  solid_derivatives(solid, part, p, &dpdu, &dpdv);
   const Vec3 outward = v3_normalize(frame_normal(at->object_from_world, n));
   SurfacePoint s = surface_begin(ray, hit, is_flipped ? -outward : outward);
   surface_place(&s, at, p);
   s.uv[0] = s.uv[1] = solid_uv(solid, part, p);
-  surface_smooth_frame(&s, frame_vector(at->world_from_object, u), frame_vector(at->world_from_object, v3_cross(n, u)));
+  surface_smooth_frame(&s, frame_vector(at->world_from_object, dpdu), frame_vector(at->world_from_object, dpdv));
   return s;
 }
 
