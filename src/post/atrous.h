@@ -20,12 +20,6 @@ typedef struct AtrousHere { // of the pixels in the middle
   wx normal[3], depth, depth_scale, luminance, light_scale;
 } AtrousHere;
 
-static inline wx atrous_luminance(const Atrous *a, size_t i)
-{
-  return wx_load(a->in[0] + i) * wx_set(0.2126f) + wx_load(a->in[1] + i) * wx_set(0.7152f) +
-         wx_load(a->in[2] + i) * wx_set(0.0722f);
-}
-
 // Variance through a 3x3 Gauss, as single pixels' own is noisy (Schied et al., section 4.4).
 static inline wx atrous_variance(const Atrous *a, size_t i)
 {
@@ -43,7 +37,7 @@ static inline AtrousHere atrous_here(const Atrous *a, size_t i)
   for (int k = 0; k < 3; k++) h.normal[k] = wx_load(a->normal[k] + i);
   h.depth = wx_load(a->depth + i);
   h.depth_scale = wx_load(a->depth_scale + i) * wx_set(1.0f / (float)a->step);
-  h.luminance = atrous_luminance(a, i);
+  h.luminance = wx_load(a->in[0] + i);
   const wx noise = wx_set(ATROUS_SIGMAS) * wx_sqrt(atrous_variance(a, i));
   h.light_scale = wx_set(0.25f) / (noise + h.luminance * wx_set(1e-3f) + wx_set(1e-6f));
   return h;
@@ -69,7 +63,7 @@ static inline wx atrous_weight(const Atrous *a, const AtrousHere *h, size_t i)
   }
   const wx n = atrous_left(turned * wx_set(4));
   const wx z = (wx_load(a->depth + i) - h->depth) * h->depth_scale, flat = atrous_left(z * z);
-  const wx l1 = atrous_left(atrous_abs(atrous_luminance(a, i) - h->luminance) * h->light_scale), l2 = l1 * l1;
+  const wx l1 = atrous_left(atrous_abs(wx_load(a->in[0] + i) - h->luminance) * h->light_scale), l2 = l1 * l1;
   return n * n * flat * (l2 * l2);
 }
 

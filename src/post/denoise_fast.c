@@ -1,4 +1,5 @@
-// See denoise_fast.h. Everything lies in planes with a border; a and b take turns as in and out.
+// See denoise_fast.h. Everything lies in planes with a border; a and b take turns as in and out. Light is filtered as
+// luminance, red and blue: luminance is what every tap compares, and green comes out of the three again.
 
 #include "post/denoise_fast.h"
 
@@ -63,11 +64,15 @@ static float divisor(const Guided *g, size_t pixel, int channel)
 static void take_pixel(const Fast *f, size_t pixel, size_t i)
 {
   const Guided *g = f->guided;
+  Vec3 light;
   for (int k = 0; k < 3; k++) {
     const float c = g->color[4 * pixel + k];
-    f->a[k][i] = (c > 0 ? min_f(c, 1e15f) : 0) / divisor(g, pixel, k);
+    light[k] = (c > 0 ? min_f(c, 1e15f) : 0) / divisor(g, pixel, k);
     f->normal[k][i] = clamp_f(guided_finite(g->normal[3 * pixel + k]), -1, 1);
   }
+  f->a[0][i] = luminance(light);
+  f->a[1][i] = light[0];
+  f->a[2][i] = light[2];
   f->depth[i] = clamp_f(guided_finite(g->depth[pixel]), 0, 1e15f);
 }
 
@@ -87,7 +92,7 @@ static float variance_around(const Fast *f, Window w)
   for (uint32_t y = w.y0; y <= w.y1; y++)
     for (uint32_t x = w.x0; x <= w.x1; x++) {
       const size_t i = f->origin + y * f->stride + x;
-      const float l = luminance(v3(f->a[0][i], f->a[1][i], f->a[2][i]));
+      const float l = f->a[0][i];
       sum += l;
       squares += l * l;
     }
@@ -163,7 +168,10 @@ static void give_rows(void *user, size_t item, int worker)
   for (uint32_t y = w.y0; y < w.y1; y++)
     for (uint32_t x = 0; x < w.x1; x++) {
       const size_t pixel = (size_t)y * w.x1 + x, i = f->origin + y * f->stride + x;
-      for (int k = 0; k < 3; k++) f->out[4 * pixel + k] = f->pass.out[k][i] * divisor(g, pixel, k);
+      const float l = f->pass.out[0][i], red = f->pass.out[1][i], blue = f->pass.out[2][i];
+      const float green = max_f((l - 0.2126f * red - 0.0722f * blue) * (1 / 0.7152f), 0); // rounding may go below
+      const float light[3] = {red, green, blue};
+      for (int k = 0; k < 3; k++) f->out[4 * pixel + k] = light[k] * divisor(g, pixel, k);
       f->out[4 * pixel + 3] = clamp_f(guided_finite(g->color[4 * pixel + 3]), 0, 1);
     }
 }

@@ -26,7 +26,7 @@ typedef struct Conv {
 // One pass of the wavelet filter over planes of `stride` floats a row, with a border as wide as the step all around in
 // which no pixel is like any other. Rows are computed to a multiple of 16 pixels.
 typedef struct Atrous {
-  const float *in[4]; // red, green, blue, and the variance of their luminance
+  const float *in[4]; // luminance, red, blue, and the variance of luminance
   float *out[4];
   const float *normal[3], *depth;
   const float *depth_scale; // 1 / (metres of depth that one pixel may be off)
