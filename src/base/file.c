@@ -4,11 +4,13 @@
 
 #include "base/mem.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -120,6 +122,49 @@ static bool write_error(Err *err, const char *path, int why)
                                  : "");
 }
 
+#define TEMP_END ".rfpart"
+enum { TEMP_RANDOM = 7 }; // ".XXXXXX"
+
+static bool is_temp_of(const char *name, const char *target)
+{
+  const size_t n = strlen(target), size = n + TEMP_RANDOM + strlen(TEMP_END);
+  return strlen(name) == size && !strncmp(name, target, n) && name[n] == '.' && !strcmp(name + n + TEMP_RANDOM, TEMP_END);
+}
+
+// What killed writers of this file left behind. A living writer's is locked.
+static void remove_orphans(const char *target)
+{
+  Text folder = {0};
+  path_folder(&folder, target);
+  DIR *list = opendir(text_get(&folder));
+  for (const struct dirent *e = list ? readdir(list) : NULL; e; e = readdir(list)) {
+    if (!is_temp_of(e->d_name, path_base(target))) continue;
+    const int fd = openat(dirfd(list), e->d_name, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+    if (fd < 0) continue;
+    if (!flock(fd, LOCK_EX | LOCK_NB)) (void)unlinkat(dirfd(list), e->d_name, 0);
+    close(fd);
+  }
+  if (list) closedir(list);
+  text_finish(&folder);
+}
+
+// Makes f->temp and holds its lock. Between making and locking another writer may have taken it for an orphan: once
+// more, then. A file system without locks has no orphans removed either.
+static int make_temp(FileOut *f, size_t size)
+{
+  for (;;) {
+    struct stat st;
+    snprintf(f->temp, size, "%s.XXXXXX" TEMP_END, f->path);
+    const int fd = mkostemps(f->temp, (int)strlen(TEMP_END), O_CLOEXEC);
+    if (fd < 0) return fd;
+    if (flock(fd, LOCK_EX) || (!fstat(fd, &st) && st.st_nlink)) {
+      f->lock = fcntl(fd, F_DUPFD_CLOEXEC, 3);
+      return fd;
+    }
+    close(fd);
+  }
+}
+
 bool file_begin(FileOut *f, const char *path, Err *err)
 {
   *f = (FileOut){0};
@@ -132,15 +177,15 @@ bool file_begin(FileOut *f, const char *path, Err *err)
   const char *target = realpath(path, real) ? real : path;
   const size_t n = strlen(target) + 1;
   f->path = mem_alloc(n, 1);
-  f->temp = mem_alloc(n + 16, 1);
+  f->temp = mem_alloc(n + 16, 1); // ".XXXXXX.rfpart"
   int fd = -1;
   if (!f->path || !f->temp) {
     err_memory(err, path, 2 * n);
     goto failed;
   }
   memcpy(f->path, target, n);
-  snprintf(f->temp, n + 16, "%s.XXXXXX", target);
-  fd = mkostemp(f->temp, O_CLOEXEC);
+  remove_orphans(target);
+  fd = make_temp(f, n + 16);
   if (fd < 0) {
     write_error(err, path, errno);
     mem_free(f->temp);
@@ -207,6 +252,7 @@ void file_finish(FileOut *f)
 {
   if (f->stream) fclose(f->stream);
   if (f->temp) unlink(f->temp);
+  if (f->lock > 0) close(f->lock);
   mem_free(f->path);
   mem_free(f->temp);
   *f = (FileOut){0};

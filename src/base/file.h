@@ -37,10 +37,12 @@ SharedFile *shared_file_open(const char *path, Err *err); // as file_read(); NUL
 SharedFile *shared_file_share(SharedFile *f);
 void shared_file_release(SharedFile *f); // accepts NULL
 
-// A file being written. Writes go to a temporary file in the same folder until file_commit().
+// A file being written. Writes go to a temporary file, PATH.XXXXXX.rfpart in the same folder, until file_commit(). It is
+// locked while its writer lives, so the next writer of PATH knows those that a killed one left behind and removes them.
 typedef struct FileOut {
   FILE *stream;        // write here (stdio); NULL before begin and after commit
   char *path, *temp;   // owned
+  int lock;            // holds the lock of temp until it is renamed; 0: none
 } FileOut;             // zero is no file
 
 bool file_begin(FileOut *f, const char *path, Err *err);
