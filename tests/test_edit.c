@@ -250,6 +250,10 @@ static void random_value(const Field *f, char out[300])
   case FIELD_text: strcpy(out, "\"a \\\"text\\\"\""); return;
   case FIELD_file: strcpy(out, "\"part.json\""); return;
   case FIELD_object: strcpy(out, "null"); return;
+  case FIELD_path: strcpy(out, "\"objects.ball.rotate\""); return;
+  case FIELD_keys:
+    strcpy(out, "[{\"time\":0,\"value\":[0,10,0]},{\"time\":1.5,\"value\":[0,90,0],\"easing\":[0.5,0,0.5,1]}]");
+    return;
   case FIELD_texture: strcpy(out, next_random() & 1 ? "\"tiles\"" : "null"); return;
   case FIELD_material: strcpy(out, next_random() & 1 ? "\"my mat\"" : "null"); return;
   case FIELD_choice:
@@ -280,7 +284,8 @@ TEST(every_field_of_every_kind_is_set_and_got_back)
 {
   static const char *const paths[SECTION_COUNT] = {"render",      "develop",   "camera",
                                                    "cameras.t",   "sky",       "textures.t",
-                                                   "materials.t", "objects.t", "lights.t"};
+                                                   "materials.t", "objects.t", "lights.t",
+                                                   "timeline",    "animation.t"};
   Scene *s = load_sample();
   int fields = 0;
   sample_write("part.json", part_scene, strlen(part_scene));
@@ -295,6 +300,9 @@ TEST(every_field_of_every_kind_is_set_and_got_back)
                : inner->has_kind ? "{\"kind\":\"%s\"%s}"
                                  : "{}",
                inner->kinds[k].name, has_file ? ",\"file\":\"part.json\"" : "");
+      if (g == &group_track)
+        snprintf(whole, sizeof whole,
+                 "{\"path\":\"objects.ball.rotate\",\"keys\":[{\"time\":0,\"value\":[0,0,0]}]}");
       check_set(s, paths[i], whole, NULL);
       fields += set_fields(s, path, inner->kinds[k].fields, inner->kinds[k].field_count);
       if (k + 1 == inner->kind_count) fields += set_fields(s, paths[i], g->common, g->common_count);

@@ -118,6 +118,14 @@ RF_API const char *rf_get(rf_scene *s, const char *path); // JSON; valid until t
 RF_API bool rf_undo(rf_scene *s);                         // false: nothing to undo
 RF_API bool rf_redo(rf_scene *s);
 
+// Moves everything that the scene's "animation" and its models' clips move to where it is at this moment, by setting
+// fields as rf_set() does, but not for rf_undo(). Prepare the next world with the last one: what did not move is shared.
+// On failure (a track's path leads nowhere any more) some of it has moved.
+RF_API bool rf_set_time(rf_scene *s, double seconds);
+// First and last moment in seconds and pictures a second, as the scene's "timeline" says or, where it does not, from
+// the first key to the last. False: nothing moves. Results may be NULL.
+RF_API bool rf_animation_range(const rf_scene *s, double *start, double *end, double *fps);
+
 // Texts made from the field tables. The caller frees them with rf_free().
 RF_API char *rf_schema(rf_engine *e);         // JSON Schema, draft 2020-12
 RF_API char *rf_manual(rf_engine *e);         // the scene file's reference, Markdown

@@ -6,6 +6,7 @@
 #include "scene/pages.h"
 #include "scene/export_mesh.h"
 #include "scene/kinds.h"
+#include "scene/track.h"
 #include "world/merge.h"
 #include "world/model_save.h"
 
@@ -177,6 +178,26 @@ bool rf_redo(rf_scene *s)
   Err err = {0};
   const bool done = history_redo(&s->history, s->scene, &err);
   return api_fail(&err) && done;
+}
+
+// --- animation ------------------------------------------------------------------------------------
+bool rf_set_time(rf_scene *s, double seconds)
+{
+  if (!s) return api_bad_argument("rf_set_time", "the scene is NULL");
+  if (!(fabs(seconds) <= 1e9)) return api_bad_argument("rf_set_time", "%g s is no moment", seconds);
+  Err err = {0};
+  scene_set_time(s->scene, seconds, NULL, &err);
+  return api_fail(&err);
+}
+
+bool rf_animation_range(const rf_scene *s, double *start, double *end, double *fps)
+{
+  double a = 0, b = 0;
+  const bool moves = s && scene_time_range(s->scene, &a, &b);
+  if (start) *start = moves ? a : 0;
+  if (end) *end = moves ? b : 0;
+  if (fps) *fps = s ? (double)s->scene->timeline.fps : 0;
+  return moves;
 }
 
 // --- texts ----------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@
 #include "scene/element.h"
 #include "scene/mix_check.h"
 #include "scene/target.h"
+#include "scene/track.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -162,11 +163,21 @@ static bool set_whole(Edit *e)
   return element_read(&r, t->group, v, (ElementPlace){0}, target_group(t, e->element));
 }
 
+static bool bind_track(const Edit *e, Track *track, Err *err)
+{
+  int item;
+  const char *member;
+  if (track_bind(e->scene, track, &item, &member, err)) return true;
+  if (item >= 0) err_where(err, "key %d", item);
+  return false;
+}
+
 static bool check_group(const Edit *e, const Group *g, void *element)
 {
   Err wrong = {0};
   element_drop_unused(g, element);
-  if (!element_check(g, element, NULL, &wrong) || !element_load_model(e->scene, g, element, NULL, &wrong))
+  if (!element_check(g, element, NULL, &wrong) || !element_load_model(e->scene, g, element, NULL, &wrong) ||
+      (g == &group_track && !bind_track(e, element, &wrong)))
     return err_set(e->err, wrong.kind, "%.200s: %s", e->path, wrong.text);
   if (g == &group_material && !mix_check(e->scene, element, (int32_t)e->target.index, NULL, NULL, &wrong))
     return err_set(e->err, wrong.kind, "%.200s: %s", e->path, wrong.text);

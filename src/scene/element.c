@@ -5,6 +5,7 @@
 #include "base/file.h"
 #include "base/mem.h"
 #include "scene/mesh_json.h"
+#include "scene/track.h"
 
 #include <limits.h>
 #include <stdio.h>
@@ -52,7 +53,7 @@ static bool fail_unknown(const ElementReader *r, const Group *g, const void *out
   const Field *f;
   for (size_t i = 0; (f = group_field_at(g, out, i, NULL)); i++) add_candidate(&c, f->name);
   if (g->has_kind) add_candidate(&c, "kind");
-  if (g == &group_object || g == &group_light) add_candidate(&c, "name");
+  if (group_is_listed(g)) add_candidate(&c, "name");
   if (g->nested) add_candidate(&c, g->nested->name);
   for (int i = 0; g == &group_shape && i < MESH_KEY_COUNT; i++) add_candidate(&c, mesh_keys[i].name);
   char hint[120];
@@ -138,7 +139,7 @@ static bool read_member(const ElementReader *r, const Group *g, const Json *dict
   void *at;
   const bool is_mesh = g == &group_shape && ((Shape *)out)->kind == SHAPE_MESH;
   if (g->has_kind && !strcmp(m.key, "kind")) return true;
-  if ((g == &group_object || g == &group_light) && !strcmp(m.key, "name"))
+  if (group_is_listed(g) && !strcmp(m.key, "name"))
     return read_name(r, dict, m.value, group_name(g, out));
   if (g->nested && !strcmp(m.key, g->nested->name))
     return element_read(r, g->nested, m.value, (ElementPlace){dict, m.key, 0}, group_nested(g, out));
@@ -166,6 +167,21 @@ static bool load_model(const ElementReader *r, const Json *dict, const Group *g,
   js_fail(r->doc, dict, "file", 0, false, r->err, "cannot load this model: %s", wrong.text);
   if (r->err) r->err->kind = wrong.kind; // a missing file stays a missing file
   return false;
+}
+
+// The error's place is the value at fault in a key, the key, or the track's own field.
+static bool bind_track(const ElementReader *r, const Json *dict, ElementPlace place, Track *track)
+{
+  Err wrong = {0};
+  int item;
+  const char *member;
+  if (track_bind(r->scene, track, &item, &member, &wrong)) return true;
+  if (wrong.kind == ERR_NO_MEMORY) return err_set(r->err, wrong.kind, "%s", wrong.text);
+  const Json *keys = js_get(dict, "keys"), *key = item >= 0 ? js_at(keys, (size_t)item) : NULL;
+  if (key && js_get(key, member)) return js_fail(r->doc, key, member, 0, false, r->err, "%s", wrong.text);
+  if (key) return js_fail(r->doc, keys, NULL, (size_t)item, false, r->err, "%s", wrong.text);
+  return member && js_get(dict, member) ? js_fail(r->doc, dict, member, 0, false, r->err, "%s", wrong.text)
+                                        : fail_here(r, place, wrong.text);
 }
 
 // Defaults, but what has no form in JSON stays: the name (a key outside), an object's id, a picture's bytes.
@@ -215,6 +231,7 @@ bool element_read(const ElementReader *r, const Group *g, const Json *dict, Elem
   if (!element_check(g, out, &field, &wrong))
     return js_get(dict, field ? field : "") ? js_fail(r->doc, dict, field, 0, false, r->err, "%s", wrong.text)
                                             : fail_here(r, place, wrong.text);
+  if (g == &group_track) return bind_track(r, dict, place, out);
   return load_model(r, dict, g, out);
 }
 

@@ -114,8 +114,8 @@ bool element_check(const Group *g, const void *element, const char **field, Err 
   const Field *f;
   void *at;
   for (size_t i = 0; !is_embedded && (f = group_field_at(g, element, i, &at)); i++)
-    if (f->type == FIELD_file && !*(const char **)at)
-      return err_set(err, ERR_BAD_SCENE, "a %s of kind \"%s\" needs a \"%s\"", g->noun,
-                     group_kind(g, element)->name, f->name);
+    if (field_is_required(f) && !*(const void **)at)
+      return err_set(err, ERR_BAD_SCENE, "a %s%s%s%s needs a \"%s\"", g->noun, g->has_kind ? " of kind \"" : "",
+                     g->has_kind ? group_kind(g, element)->name : "", g->has_kind ? "\"" : "", f->name);
   return true;
 }

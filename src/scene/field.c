@@ -26,7 +26,9 @@ static void set_default(const Field *f, void *object)
     for (int i = 0; i < 2; i++) ((int32_t *)at)[i] = (int32_t)f->number[i];
     return;
   case FIELD_matrix: memset(at, 0, 12 * sizeof(float)); return;
+  case FIELD_keys: *(const struct Keys **)at = NULL; return;
   case FIELD_text:
+  case FIELD_path:
   case FIELD_file: *(const char **)at = f->text; return;
   }
 }

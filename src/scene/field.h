@@ -32,14 +32,16 @@ typedef enum FieldType {
   FIELD_texture,  // int32_t, index of a texture in the same scene, -1 none; in files its name
   FIELD_object,   // int32_t, index of an object in the same scene, -1 none; in files its name
   FIELD_material, // int32_t, index of a material in the same scene, -1 none; in files its name
+  FIELD_path,     // const char *, the path of a field as edits name it; NULL means none
+  FIELD_keys,     // const Keys *, owned by the scene's arena (scene/track.h); NULL means none
 } FieldType;
 
 typedef struct Field {
   FieldType type;
   const char *name;
   size_t offset;           // in the struct the table belongs to
-  double number[3];        // default, for all but text and file
-  const char *text;        // default of text and file
+  double number[3];        // default, for all but texts and keys
+  const char *text;        // default of text, file and path
   double low, high;        // inclusive; for each component
   const char *unit;        // "m", "deg", ... or a choice's names
   const char *sentence;
@@ -59,6 +61,8 @@ typedef struct Field {
 #define FIELD_C_texture(n)  int32_t n;
 #define FIELD_C_material(n) int32_t n;
 #define FIELD_C_object(n)   int32_t n;
+#define FIELD_C_path(n)     const char *n;
+#define FIELD_C_keys(n)     const struct Keys *n;
 
 #define FIELD_UNPAREN(...)  __VA_ARGS__
 #define FIELD_D_real(d)     .number = {d}
@@ -75,6 +79,8 @@ typedef struct Field {
 #define FIELD_D_texture(d)  .number = {d}
 #define FIELD_D_material(d) .number = {d}
 #define FIELD_D_object(d)   .number = {d}
+#define FIELD_D_path(d)     .text = d
+#define FIELD_D_keys(d)     .number = {0}
 
 #define FIELD_MEMBER(type, name, dflt, lo, hi, unit, sentence) FIELD_C_##type(name)
 #define FIELD_ROW(type_, name_, dflt, lo, hi, unit_, sentence_)                             \
@@ -86,6 +92,12 @@ typedef struct Field {
   } Name
 
 #define NO_LIMIT FLT_MAX // as high: no upper bound but that of a float; -NO_LIMIT as low
+
+// Must it be given, wherever its kind has no other way to get one?
+static inline bool field_is_required(const Field *f)
+{
+  return f->type == FIELD_file || f->type == FIELD_path || f->type == FIELD_keys;
+}
 
 // Sets every field to its default.
 void fields_default(const Field *fields, size_t count, void *object);

@@ -141,6 +141,12 @@ static const Field light_disk_fields[] = {LIGHT_DISK_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER LightSphere
 static const Field light_sphere_fields[] = {LIGHT_SPHERE_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER Timeline
+static const Field timeline_fields[] = {TIMELINE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER TrackFields
+static const Field track_fields[] = {TRACK_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 
 #define KIND(name, fields, sentence) {name, fields, COUNT(fields), sentence}
 
@@ -200,6 +206,8 @@ static const Kind light_kinds[] = {
     KIND("disk", light_disk_fields, "A disk that shines on its front."),
     KIND("sphere", light_sphere_fields, "A shining sphere."),
 };
+static const Kind timeline_kinds[] = {KIND("timeline", timeline_fields, "")};
+static const Kind track_kinds[] = {KIND("track", track_fields, "")};
 
 #define FIELDS(table, member, Type) .common = table, .common_count = COUNT(table), .common_offset = offsetof(Type, member)
 #define KINDS(table, first, Type) \
@@ -233,9 +241,15 @@ const Group group_object = {"objects", "object", sizeof(Object), .has_name = tru
                             .sentence = "A list of things: a shape, a material, a place."};
 const Group group_light = {"lights", "light", sizeof(Light), .has_name = true, KINDS(light_kinds, point, Light),
                            .sentence = "A list of lights; objects with an emissive material are lights, too."};
+const Group group_timeline = {"timeline", "timeline", sizeof(Timeline), ONE_KIND(timeline_kinds),
+                              .sentence = "Which moments there are."};
+const Group group_track = {"animation", "track", sizeof(Track), .has_name = true,
+                           ONE_KIND(track_kinds), .union_offset = offsetof(Track, fields),
+                           .sentence = "A list of tracks: what moves, and how."};
 
 _Static_assert(!offsetof(Camera, name) && !offsetof(Texture, name) && !offsetof(Material, name) &&
-                   !offsetof(Object, name) && !offsetof(Light, name),
+                   !offsetof(Object, name) && !offsetof(Light, name) &&
+                   !offsetof(Track, name),
                "has_name means that the name comes first");
 
 void group_default(const Group *g, int32_t kind, void *object)
@@ -276,6 +290,11 @@ void *group_nested(const Group *g, const void *object)
 const char **group_name(const Group *g, const void *object)
 {
   return g->has_name ? (const char **)(size_t)object : NULL;
+}
+
+bool group_is_listed(const Group *g)
+{
+  return g == &group_object || g == &group_light || g == &group_track;
 }
 
 const Kind *group_kind(const Group *g, const void *object)

@@ -36,7 +36,7 @@ struct Group {
 };
 
 extern const Group group_render, group_develop, group_camera, group_cameras, group_sky, group_texture, group_material,
-    group_object, group_shape, group_light;
+    group_object, group_shape, group_light, group_timeline, group_track;
 
 // Sets kind and all fields to their defaults, the nested group to its kind 0; everything else in the struct is
 // cleared, and indices of bulk data are -1.
@@ -60,6 +60,9 @@ void *group_nested(const Group *g, const void *object);
 // Where an object's name is kept; NULL for groups without names.
 const char **group_name(const Group *g, const void *object);
 
+// Do its objects stand in a list, each with a name of its own as a member?
+bool group_is_listed(const Group *g);
+
 // Where a field lies in the struct; is_common says which of the two tables it is from.
 void *group_field(const Group *g, const void *object, const Field *f, bool is_common);
 
@@ -81,7 +84,7 @@ typedef struct Section {
   size_t given_offset;
 } Section;
 
-enum { SECTION_COUNT = 9 };
+enum { SECTION_COUNT = 11 };
 extern const Section scene_sections[SECTION_COUNT]; // in the order of the scene file
 
 const Section *section_find(const char *name); // NULL: none of that name

@@ -2,6 +2,7 @@
 
 #include "base/mem.h"
 #include "scene/json.h"
+#include "scene/keys.h"
 #include "scene/mesh_json.h"
 #include "scene/pages.h"
 #include "scene/value.h"
@@ -118,6 +119,8 @@ static void put_type(Text *out, const Field *f)
   case FIELD_texture: text_add(out, "texture"); return;
   case FIELD_object: text_add(out, "object"); return;
   case FIELD_material: text_add(out, "material"); return;
+  case FIELD_path: text_add(out, "path"); return;
+  case FIELD_keys: text_add(out, "keys"); return;
   case FIELD_choice:
     for (int32_t i = 0; choice_name(f, i, name); i++) text_add(out, "%s`%s`", i ? ", " : "", name);
     return;
@@ -169,6 +172,14 @@ static void put_mesh_keys(Text *out)
   text_add(out, "\nEach is a flat list, or a list of small lists.\n\n");
 }
 
+static void put_key_members(Text *out)
+{
+  text_add(out, "A key is a dictionary:\n\n| member | |\n|---|---|\n");
+  for (int i = 0; i < KEY_MEMBER_COUNT; i++) text_add(out, "| `%s` | %s |\n", key_members[i].name, key_members[i].sentence);
+  text_add(out, "\nNumbers, vectors and colours go over from key to key; flags, choices and names jump at their key. A moment is shown\n"
+                "by setting fields: what the file says of a field that a track moves holds only until then.\n\n");
+}
+
 static void put_kind(Text *out, const Group *g, int32_t kind, void *object)
 {
   const Kind *k = &g->kinds[kind];
@@ -178,6 +189,7 @@ static void put_kind(Text *out, const Group *g, int32_t kind, void *object)
              g->kind_optional && !kind ? " (the default kind)" : "", k->sentence);
   put_fields(out, g, object, g->common_count, g->common_count + k->field_count);
   if (g == &group_shape && kind == SHAPE_MESH) put_mesh_keys(out);
+  if (g == &group_track) put_key_members(out);
 }
 
 static const char *form_sentence(SectionForm form)

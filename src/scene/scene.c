@@ -148,6 +148,7 @@ Scene *scene_create(Err *err)
   group_default(&group_develop, 0, &s->develop);
   group_default(&group_sky, SKY_CONSTANT, &s->sky);
   group_default(&group_camera, CAMERA_PERSPECTIVE, &s->camera);
+  group_default(&group_timeline, 0, &s->timeline);
   return s;
 }
 
@@ -163,6 +164,7 @@ void scene_destroy(Scene *s)
   array_finish(&s->models);
   array_finish(&s->objects);
   array_finish(&s->lights);
+  array_finish(&s->tracks);
   array_finish(&s->sources);
   section_names_finish(s);
   shared_file_release(s->saved);

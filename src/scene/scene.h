@@ -4,6 +4,7 @@
 //   Scene
 //     render, develop, sky, camera     one each
 //     cameras[] textures[] materials[] objects[] lights[]
+//     timeline, animation[]            when, and the tracks that move all of the above
 //     models[]   files that objects refer to, each a Scene of its own, loaded once
 //     meshes[]   bulk geometry, immutable and counted, shared with worlds
 //
@@ -40,6 +41,7 @@
   F(flag,    transparent, 0, 0, 1, "", "Leave the sky out of the picture's alpha, for compositing.")                 \
   F(flag,    compact, 0, 0, 1, "", "Keep meshes' trees in an eighth of the memory; same picture, slower.")              \
   F(choice,  tree, 0, 0, 0, "fast|best", "How search trees are built: `best` takes 2 to 7 times as long and pays off in rooms seen with many samples.") \
+  F(integer, motion_steps, 16, 1, 64, "", "Moments that the camera's open shutter is cut into, each with a world of its own; `spp` should be a multiple.") \
   F(choice,  denoise, 0, 0, 0, "off|fast|good|best", "How to take the noise out of the finished picture: our own filter, or a small or a full neural network.")
 FIELD_STRUCT(RenderSettings, RENDER_FIELDS);
 typedef enum { INTEGRATOR_PATH, INTEGRATOR_NORMAL, INTEGRATOR_DEPTH, INTEGRATOR_ALBEDO, INTEGRATOR_UV,
@@ -59,7 +61,8 @@ typedef enum { TONE_LINEAR, TONE_FILMIC, TONE_AGX, TONE_NEUTRAL } ToneCurve;
 #define CAMERA_FIELDS(F)                                                                     \
   F(vec3, position, (0, 1, 4), -NO_LIMIT, NO_LIMIT, "m", "Where the eye is.")                \
   F(vec3, target, (0, 1, 0), -NO_LIMIT, NO_LIMIT, "m", "The point it looks at.")             \
-  F(vec3, up, (0, 1, 0), -NO_LIMIT, NO_LIMIT, "", "The direction that is up in the picture.")
+  F(vec3, up, (0, 1, 0), -NO_LIMIT, NO_LIMIT, "", "The direction that is up in the picture.") \
+  F(real, shutter, 0, 0, 1, "frames", "How long light comes in, about the moment shown: 0 is a still, 0.5 what film cameras do.")
 FIELD_STRUCT(CameraCommon, CAMERA_FIELDS);
 
 #define PERSPECTIVE_FIELDS(F)                                                                                    \
@@ -543,6 +546,31 @@ typedef struct Light {
   };
 } Light;
 
+// --- animation ----------------------------------------------------------------------------------
+#define TIMELINE_FIELDS(F)                                                                              \
+  F(real, fps, 24, 0.001, 100000, "1/s", "Pictures a second.")                                          \
+  F(vec2, range, (0, 0), -1e6, 1e6, "s", "First and last moment; equal: from the first key to the last.") \
+  F(text, clip, NULL, 0, 0, "", "The clip that models play, of those they bring; none: their first.")
+FIELD_STRUCT(Timeline, TIMELINE_FIELDS);
+
+#define TRACK_FIELDS(F)                                                                                              \
+  F(path, path, NULL, 0, 0, "", "The field that moves, as edits name it: `objects.ball.translate`, `camera.fov`, `sky.rotation`.") \
+  F(keys, keys, 0, 0, 0, "", "Its values in time: a list of `{ \"time\": seconds, \"value\": as the field has it }`, in order.") \
+  F(choice, easing, 1, 0, 0, "step|linear|smooth|cubic", "From key to key: jump, straight, slow at both ends, or one smooth curve through all (Catmull-Rom).") \
+  F(choice, turn, 0, 0, 0, "angles|shortest", "Of `rotate`: move the three angles each by itself, or go round one axis by the shortest way (slerp).") \
+  F(choice, before, 0, 0, 0, "hold|loop|ping_pong", "Before the first key.")                                          \
+  F(choice, after, 0, 0, 0, "hold|loop|ping_pong", "After the last key.")
+FIELD_STRUCT(TrackFields, TRACK_FIELDS);
+typedef enum { EASING_STEP, EASING_LINEAR, EASING_SMOOTH, EASING_CUBIC } Easing;
+typedef enum { TURN_ANGLES, TURN_SHORTEST } TrackTurn;
+typedef enum { BEYOND_HOLD, BEYOND_LOOP, BEYOND_PING_PONG } Beyond;
+
+typedef struct Track {
+  const char *name; // may be NULL
+  TrackFields fields;
+  const struct TrackValues *values; // of the keys as the field holds them, in the arena; private to track.c
+} Track;
+
 // --- the scene ----------------------------------------------------------------------------------
 typedef struct Scene Scene;
 typedef struct SceneSource { // a file that a model was made of
@@ -574,6 +602,10 @@ struct Scene {
   ARRAY(Model) models;
   ARRAY(Object) objects;
   ARRAY(Light) lights;
+  Timeline timeline;
+  ARRAY(Track) tracks; // "animation"
+  bool has_time;       // scene_set_time() was called
+  double time;         // s, the last it was called with
   uint32_t last_id;    // of an object
   ARRAY(SceneSource) sources; // what a cache beside the model has to watch; only when loaded with use_cache
   SharedFile *saved;   // a use of the saved model it came from, where its pictures lie; NULL: none

@@ -116,6 +116,7 @@ static bool read_list(const SceneReader *r, const Section *c, const Json *v)
   union {
     Object object;
     Light light;
+    Track track;
   } fresh;
   for (size_t i = 0; i < js_count(v); i++) {
     memset(&fresh, 0, sizeof fresh);

@@ -4,6 +4,7 @@
 #include "base/mem.h"
 #include "base/number.h"
 #include "scene/json.h"
+#include "scene/keys.h"
 #include "scene/mesh_json.h"
 #include "scene/pages.h"
 #include "scene/value.h"
@@ -65,6 +66,18 @@ static void put_choices(Text *out, const Field *f)
   text_add(out, "]");
 }
 
+static void put_keys(Text *out)
+{
+  text_add(out, "\"type\":\"array\",\"minItems\":1,\"items\":{\"type\":\"object\",\"properties\":{");
+  for (int i = 0; i < KEY_MEMBER_COUNT; i++) {
+    text_add(out, "%s\"%s\":{%s", i ? "," : "", key_members[i].name, key_members[i].schema);
+    text_add(out, "%s\"description\":", key_members[i].schema[0] ? "," : "");
+    js_put_text(out, key_members[i].sentence);
+    text_add(out, "}");
+  }
+  text_add(out, "},\"required\":[\"time\",\"value\"],\"additionalProperties\":false}");
+}
+
 static void put_type(Text *out, const Field *f)
 {
   switch (f->type) {
@@ -82,8 +95,10 @@ static void put_type(Text *out, const Field *f)
     put_list(out, f, "number", 16);
     text_add(out, "}]");
     return;
+  case FIELD_keys: put_keys(out); return;
   case FIELD_text: text_add(out, "\"type\":[\"string\",\"null\"],\"maxLength\":%d", LONGEST_TEXT); return;
   case FIELD_file:
+  case FIELD_path:
     text_add(out, "\"type\":\"string\",\"minLength\":1,\"maxLength\":%d", LONGEST_TEXT);
     return;
   case FIELD_choice: put_choices(out, f); return;
@@ -110,6 +125,8 @@ static const char *type_name(FieldType type)
   case FIELD_texture: return "texture";
   case FIELD_object: return "object";
   case FIELD_material: return "material";
+  case FIELD_path: return "path";
+  case FIELD_keys: return "keys";
   }
   unreachable();
 }
@@ -152,7 +169,8 @@ static void put_required(Text *out, const Group *g, const Kind *k, bool is_mesh)
   if (g->has_kind && !(g->kind_optional && k == g->kinds)) text_add(out, "\"kind\""), comma = ",";
   if (g->nested) text_add(out, "%s\"%s\"", comma, g->nested->name), comma = ",";
   for (size_t i = 0; i < k->field_count; i++)
-    if (k->fields[i].type == FIELD_file && !is_mesh && g != &group_light) text_add(out, "%s\"%s\"", comma, k->fields[i].name);
+    if (field_is_required(&k->fields[i]) && !is_mesh && g != &group_light)
+      text_add(out, "%s\"%s\"", comma, k->fields[i].name), comma = ",";
   text_add(out, "]");
   if (!is_mesh) return;
   text_add(out, ",\"oneOf\":[{\"required\":[\"%s\"]},{\"required\":[\"%s\",\"%s\"]}]", k->fields[0].name,
@@ -168,7 +186,7 @@ static void put_kind(Text *out, const Group *g, int32_t kind, void *object)
   if (k->sentence[0]) put_member(out, "description", k->sentence);
   text_add(out, ",\"properties\":{");
   const char *comma = "";
-  if (g == &group_object || g == &group_light)
+  if (group_is_listed(g))
     text_add(out, "\"name\":{\"type\":\"string\",\"minLength\":1}"), comma = ",";
   if (g->has_kind) {
     text_add(out, "%s\"kind\":{\"const\":", comma);

@@ -31,6 +31,8 @@ const Section scene_sections[SECTION_COUNT] = {
     MANY(group_material, SECTION_BY_NAME, materials),
     MANY(group_object, SECTION_LIST, objects),
     MANY(group_light, SECTION_LIST, lights),
+    ONE(group_timeline, timeline),
+    MANY(group_track, SECTION_LIST, tracks), // last: its paths lead to all the others
 };
 
 // Any ARRAY(Type), copied in and out as bytes because its pointer's type differs.

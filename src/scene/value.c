@@ -5,6 +5,7 @@
 #include "base/mem.h"
 #include "base/number.h"
 #include "image/image.h"
+#include "scene/keys.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -51,7 +52,9 @@ void value_range(const Field *f, Text *out)
   case FIELD_choice:
   case FIELD_texture:
   case FIELD_object:
-  case FIELD_material: return;
+  case FIELD_material:
+  case FIELD_path:
+  case FIELD_keys: return;
   }
   if (!has_low(f) && !has_high(f)) return;
   text_add(out, has_low(f) && has_high(f) ? "between " : has_low(f) ? "at least " : "at most ");
@@ -96,6 +99,8 @@ static const char *wanted(FieldType type)
   case FIELD_texture: return "the name of a texture";
   case FIELD_object: return "the name of an object";
   case FIELD_material: return "the name of a material";
+  case FIELD_path: return "the path of a field";
+  case FIELD_keys: return "a list of keys";
   }
   unreachable();
 }
@@ -213,8 +218,8 @@ static bool read_text(Scene *s, const Field *f, const Json *v, const char **at, 
   if (n > LONGEST_TEXT)
     return err_set(err, ERR_BAD_SCENE, "%s is too long: %zu bytes, and at most %d are allowed", f->name, n,
                    LONGEST_TEXT);
-  if (f->type == FIELD_file && !n)
-    return err_set(err, ERR_BAD_SCENE, "%s must name a file, but is empty", f->name);
+  if (f->type != FIELD_text && !n)
+    return err_set(err, ERR_BAD_SCENE, "%s must name a %s, but is empty", f->name, f->type == FIELD_file ? "file" : "field");
   const char *copy = arena_text_n(&s->arena, text, n);
   if (!copy) return err_memory(err, f->name, n);
   *at = copy;
@@ -274,6 +279,14 @@ static bool read_reference(const Scene *s, const Field *f, const Json *v, int32_
   return true;
 }
 
+static bool read_keys(Scene *s, const Json *v, const Keys **at, int *item, Err *err)
+{
+  const char *member; // an error has the place of the key as a whole
+  const Keys *keys = keys_read(s, v, item, &member, err);
+  if (keys) *at = keys;
+  return keys;
+}
+
 bool value_read(Scene *s, const Field *f, const Json *v, void *at, int *item, Err *err)
 {
   double x[2];
@@ -303,7 +316,9 @@ bool value_read(Scene *s, const Field *f, const Json *v, void *at, int *item, Er
   case FIELD_vec3: return read_three(f, v, at, item, err);
   case FIELD_matrix: return read_matrix(f, v, at, item, err);
   case FIELD_text:
-  case FIELD_file: return read_text(s, f, v, at, err);
+  case FIELD_file:
+  case FIELD_path: return read_text(s, f, v, at, err);
+  case FIELD_keys: return read_keys(s, v, at, item, err);
   case FIELD_choice: return read_choice(f, v, at, err);
   case FIELD_texture:
   case FIELD_object:
@@ -373,8 +388,15 @@ void value_write(const Scene *s, const Field *f, const void *at, Text *out, bool
   case FIELD_vec2: write_floats(out, at, 2, is_finite); return;
   case FIELD_size: text_add(out, "[%d,%d]", ((const int32_t *)at)[0], ((const int32_t *)at)[1]); return;
   case FIELD_matrix: write_matrix(out, at, is_finite); return;
+  case FIELD_keys:
+    if (*(const Keys *const *)at)
+      keys_write(*(const Keys *const *)at, out);
+    else
+      text_add(out, "null");
+    return;
   case FIELD_text:
   case FIELD_file:
+  case FIELD_path:
     if (*(const char *const *)at)
       js_put_text(out, *(const char *const *)at);
     else
@@ -409,14 +431,17 @@ size_t value_size(const Field *f)
   case FIELD_size: return 2 * sizeof(int32_t);
   case FIELD_matrix: return 12 * sizeof(float);
   case FIELD_text:
-  case FIELD_file: return sizeof(const char *);
+  case FIELD_file:
+  case FIELD_path: return sizeof(const char *);
+  case FIELD_keys: return sizeof(const Keys *);
   }
   unreachable();
 }
 
 bool value_is_default(const Field *f, const void *at)
 {
-  if (f->type == FIELD_text || f->type == FIELD_file) return text_equal(*(const char *const *)at, f->text);
+  if (f->type == FIELD_text || f->type == FIELD_file || f->type == FIELD_path)
+    return text_equal(*(const char *const *)at, f->text);
   union {
     float numbers[12];
     bool flag;
