@@ -82,7 +82,7 @@ static ExitCode write_all(const Merge *m)
   ExitCode code = find_develop(m, &develop);
   if (!code && film && !rf_film_keep(m->film, film, m->label.key, m->label.note))
     code = fail_library(m->engine);
-  if (!code) code = pictures_write(m->args, m->engine, m->film, 0, develop);
+  if (!code) code = pictures_write(m->args, m->engine, m->film, 0, develop, FRAME_NONE);
   if (!code && pictures_have(m->args, picture_is_hash)) code = pictures_print_hash(rf_film_hash(m->film));
   if (code || args_has(m->args, "quiet")) return code;
   pictures_list(m->args, stderr);

@@ -58,6 +58,12 @@ ExitCode output_check(const char *path)
   return EXIT_DONE;
 }
 
+bool output_exists(const char *path)
+{
+  struct stat st;
+  return !stat(path, &st) && S_ISREG(st.st_mode) && st.st_size > 0;
+}
+
 static bool write_all(int fd, const char *text, size_t size)
 {
   while (size) {

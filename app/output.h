@@ -21,6 +21,9 @@ ExitCode stdout_library_text(rf_engine *engine, char *text, const char *what);
 // Could a file of this name be made? Looks at the folder; creates nothing.
 ExitCode output_check(const char *path);
 
+// Is there a file of this name, and not an empty one? What we write is whole then.
+bool output_exists(const char *path);
+
 // Writes the whole text through a temporary name beside the target.
 ExitCode output_write(const char *path, const char *text, size_t size);
 

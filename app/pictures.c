@@ -4,6 +4,7 @@
 
 #include "nearest.h"
 #include "output.h"
+#include "video.h"
 
 #include <inttypes.h>
 #include <string.h>
@@ -16,6 +17,11 @@ bool picture_is_hash(const char *output)
 bool picture_is_exr(const char *output)
 {
   return output_is_any(output, ".exr");
+}
+
+bool picture_is_video(const char *output)
+{
+  return output_is_any(output, VIDEO_OUTPUTS);
 }
 
 bool pictures_have(const Args *a, bool (*is_such)(const char *output))
@@ -57,6 +63,7 @@ static ExitCode fail_format(const char *output)
 static ExitCode check_output(const Args *a, rf_engine *engine, const char *output)
 {
   if (picture_is_hash(output)) return EXIT_DONE;
+  if (picture_is_video(output) && args_know(a, "frames")) return output_check(output);
   if (!rf_can_save(engine, output)) return fail_format(output);
   const char *bits = args_text(a, "bits");
   const ExitCode code = bits ? check_bits(output, bits) : EXIT_DONE;
@@ -73,22 +80,30 @@ ExitCode pictures_check(const Args *a, rf_engine *engine)
   return EXIT_DONE;
 }
 
+rf_develop_def pictures_develop(const Args *a, rf_develop_def develop)
+{
+  if (!args_has(a, "no-effects")) return develop;
+  develop = rf_default_develop_def();
+  develop.tone_curve = "linear";
+  develop.exposure = 0;
+  return develop;
+}
+
 ExitCode pictures_write(const Args *a, rf_engine *engine, const rf_film *film, unsigned planes,
-                        rf_develop_def develop)
+                        rf_develop_def develop, long frame)
 {
   rf_save_def save = rf_default_save_def();
   save.planes = planes;
   save.bits = (int)args_integer(a, "bits", 0);
   save.quality = (int)args_integer(a, "quality", 0);
-  if (args_has(a, "no-effects")) {
-    develop = rf_default_develop_def();
-    develop.tone_curve = "linear";
-    develop.exposure = 0;
-  }
+  develop = pictures_develop(a, develop);
   ExitCode first = EXIT_DONE;
   const char *output;
   for (size_t i = 0; (output = args_next(a, "output", &i));) {
-    if (picture_is_hash(output) || rf_film_save(film, &develop, &save, output)) continue;
+    char path[PATH_MAX];
+    if (picture_is_hash(output) || picture_is_video(output)) continue;
+    frame_name(path, output, frame);
+    if (rf_film_save(film, &develop, &save, path)) continue;
     const ExitCode code = fail_library(engine);
     if (!first) first = code;
   }

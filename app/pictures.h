@@ -4,6 +4,7 @@
 #ifndef RAYFOLD_APP_PICTURES_H
 #define RAYFOLD_APP_PICTURES_H
 
+#include "frames.h"
 #include "options.h"
 
 #define OPTION_PICTURES                                                                                    \
@@ -30,19 +31,21 @@
     .sentence = "Of .jpg and .webp."                                                                    \
   }
 
-// Is there one among them? is_such: picture_is_hash, picture_is_exr.
+// Is there one among them? is_such: picture_is_hash, picture_is_exr, picture_is_video.
 bool pictures_have(const Args *a, bool (*is_such)(const char *output));
 bool picture_is_hash(const char *output);
 bool picture_is_exr(const char *output);
+bool picture_is_video(const char *output);
 
 // Formats, bits and folders of all of them.
 ExitCode pictures_check(const Args *a, rf_engine *engine);
 
 // One that fails does not keep the others from being written; the first failure is the answer. "hash" is left to
-// whoever has it. planes: those that an .exr gets, 0 for all.
+// whoever has it, like films. planes: those that an .exr gets, 0 for all. frame: what frame_name() takes.
 // develop: the scene's; --no-effects is heeded here.
 ExitCode pictures_write(const Args *a, rf_engine *engine, const rf_film *film, unsigned planes,
-                        rf_develop_def develop);
+                        rf_develop_def develop, long frame);
+rf_develop_def pictures_develop(const Args *a, rf_develop_def develop); // as --no-effects says
 ExitCode pictures_print_hash(uint64_t hash);
 
 // "a.png, b.exr" for the summary.

@@ -77,10 +77,12 @@ static void print_time(char out[24], double seconds)
 }
 
 // The words behind the bar, most wanted first: what does not fit is left out.
-static int print_words(char *out, size_t size, int room, const rf_progress *now, double samples_wanted)
+static int print_words(const Progress *p, char *out, size_t size, int room, const rf_progress *now,
+                       double samples_wanted)
 {
-  char words[5][48] = {{0}}, eta[24];
+  char words[6][48] = {{0}}, eta[24];
   snprintf(words[0], sizeof words[0], " %3.0f%%", floor(now->done * 100));
+  if (p->label[0]) snprintf(words[5], sizeof words[5], "  %s", p->label);
   print_time(eta, now->eta);
   if (isfinite(now->eta)) snprintf(words[1], sizeof words[1], "  ETA %s", eta);
   if (samples_wanted > 0)
@@ -95,7 +97,7 @@ static int print_words(char *out, size_t size, int room, const rf_progress *now,
     snprintf(words[4], sizeof words[4], "  %.1f Mrays/s", (double)now->rays / now->seconds / 1e6);
   int n = 0;
   out[0] = 0;
-  for (int i = 0; i < 5; i++) {
+  for (int i = 0; i < 6; i++) {
     const int length = (int)strlen(words[i]);
     if (n + length > room || (size_t)(n + length) >= size) break;
     memcpy(out + n, words[i], (size_t)length + 1);
@@ -109,7 +111,7 @@ static void show_bar(Progress *p, const rf_progress *now, double samples_wanted)
   enum { SHORTEST = 8, LONGEST = 32 };
   char words[200];
   const int room = terminal_width() - 1; // the last column would wrap on some terminals
-  const int length = print_words(words, sizeof words, room, now, samples_wanted);
+  const int length = print_words(p, words, sizeof words, room, now, samples_wanted);
   const int cells = room - length < LONGEST ? room - length : LONGEST;
   fputc('\r', stderr);
   if (cells >= SHORTEST) draw_bar(p, now->done, cells);

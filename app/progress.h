@@ -15,6 +15,7 @@ typedef struct Progress {
   bool has_blocks, has_colour; // what the terminal shows
   bool is_drawn;               // a line stands there
   double next_line;            // seconds since the start; PROGRESS_LINES
+  char label[32];              // in front of the numbers, "frame 12"; may be empty
 } Progress;
 
 Progress progress_begin(bool is_quiet);

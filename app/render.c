@@ -3,6 +3,7 @@
 // nothing is written before the film is done.
 
 #include "commands.h"
+#include "frames.h"
 #include "kept_film.h"
 #include "library.h"
 #include "nearest.h"
@@ -13,6 +14,7 @@
 #include "signals.h"
 #include "stage.h"
 #include "stats.h"
+#include "video.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -21,6 +23,8 @@
 
 // The scene's own limit of render.spp: what a render bounded by time or noise alone may take.
 #define MOST_SAMPLES "524288"
+
+enum { MOST_VIDEOS = 8 };
 
 static const Option render_options[] = {
     OPTION_PICTURES,
@@ -59,6 +63,29 @@ static const Option render_options[] = {
      .argument = "NAME",
      .initial = "the main one",
      .sentence = "Which of the scene's cameras."},
+    {.name = "at",
+     .kind = OPTION_REAL,
+     .argument = "S",
+     .initial = "the first moment",
+     .low = -1e9,
+     .high = 1e9,
+     .sentence = "Show a scene that moves as it is after S seconds."},
+    {.name = "frames",
+     .kind = OPTION_TEXT,
+     .argument = "A:B[:STEP]",
+     .sentence =
+         "Render the frames A to B - 1, or each STEP-th of them, or \"all\". Frame N shows the moment N / fps. In the "
+         "name of a picture file a run of # becomes the number, as in film_####.png; without one it is put before the "
+         "extension. A film (.mp4 .webm .mkv .mov .gif) takes all of them and is made by the program ffmpeg."},
+    {.name = "fps",
+     .kind = OPTION_REAL,
+     .argument = "N",
+     .initial = "as the scene says",
+     .path = "timeline.fps",
+     .sentence = "Frames a second."},
+    {.name = "resume",
+     .kind = OPTION_FLAG,
+     .sentence = "Leave out frames whose files are there already: to go on after Ctrl-C. Files are whole or not there."},
     {.name = "seed",
      .kind = OPTION_INTEGER,
      .argument = "N",
@@ -159,6 +186,7 @@ typedef struct Render { // all that one run owns
   rf_engine *engine;
   rf_scene *scene;
   rf_world *world;
+  rf_shot *shot; // the world in steps, where the shutter is open and something moves; NULL: world and eye are all
   rf_film *film;
   KeptFilm kept;         // path NULL: not kept
   ExitCode kept_code;    // of its last writing
@@ -177,16 +205,40 @@ typedef struct Render { // all that one run owns
   bool is_complete;   // of the range rendered last, nothing is left
   bool is_stop_said;
   Stats stats;
+  bool moves;
+  bool is_all; // frames: "all", until the scene tells which those are
+  Frames frames;
+  double fps;
+  long frames_done;     // or left out, before the one being rendered
+  long frames_rendered; // in this run
+  rf_progress frames_before; // what they took: seconds and rays
+  Video *videos[MOST_VIDEOS];
+  size_t video_count;
 } Render;
 
 // --- before loading: the command line --------------------------------------------------------------
-static ExitCode check_outputs(const Render *r)
+static ExitCode check_frames(const Render *r)
+{
+  const bool is_resumed = args_has(r->args, "resume");
+  if (r->frames.is_wanted && args_has(r->args, "at"))
+    return fail(EXIT_USAGE, "--at shows one moment and --frames many; leave one of them out");
+  if (r->frames.is_wanted && args_has(r->args, "film"))
+    return fail(EXIT_USAGE, "--film keeps the samples of one picture; render frames without it, or one frame with --at");
+  if (is_resumed && !r->frames.is_wanted) return fail(EXIT_USAGE, "--resume goes on with --frames");
+  if (is_resumed && (pictures_have(r->args, picture_is_video) || pictures_have(r->args, picture_is_hash)))
+    return fail(EXIT_USAGE, "--resume goes on with numbered pictures; a film is made in one go");
+  return EXIT_DONE;
+}
+
+static ExitCode check_outputs(Render *r)
 {
   const char *stats = args_text(r->args, "stats"), *film = args_text(r->args, "film");
   if (!args_has(r->args, "output") && !film)
     return fail(EXIT_USAGE, "render needs -o OUT, as in `rayfold render %s -o picture.png`",
                 r->args->operands[0]);
-  ExitCode code = pictures_check(r->args, r->engine);
+  ExitCode code = frames_read(r->args, &r->frames, &r->is_all);
+  if (!code) code = check_frames(r);
+  if (!code) code = pictures_check(r->args, r->engine);
   if (!code && film) code = output_check(film);
   return code || !stats ? code : output_check(stats);
 }
@@ -380,6 +432,49 @@ static ExitCode prepare_stage(Render *r, float aspect)
   return r->world ? EXIT_DONE : fail_library(r->engine);
 }
 
+// Seconds of the n-th frame that is wanted; of a single picture its moment.
+static double moment(const Render *r, long n)
+{
+  return r->frames.is_wanted ? (double)(r->frames.first + n * r->frames.step) / r->fps : r->frames.at;
+}
+
+// Which moments there are, and the scene moved to the first of them.
+static ExitCode plan_frames(Render *r)
+{
+  double start, end;
+  r->moves = rf_animation_range(r->scene, &start, &end, &r->fps);
+  if (r->is_all && !r->moves)
+    return fail(EXIT_USAGE, "%s: nothing in it moves, so say which frames are wanted, as in --frames 0:24",
+                r->args->operands[0]);
+  if (r->is_all) frames_take_all(&r->frames, start, end, r->fps);
+  if (!args_has(r->args, "at")) r->frames.at = start;
+  return !r->moves || rf_set_time(r->scene, moment(r, 0)) ? EXIT_DONE : fail_library(r->engine);
+}
+
+// Can it be told that the camera's shutter is closed? Then there is one world to a picture.
+static bool is_shutter_closed(Render *r)
+{
+  const char *camera = args_text(r->args, "camera");
+  char path[400];
+  snprintf(path, sizeof path, camera ? "cameras.\"%.300s\".shutter" : "camera.shutter", camera);
+  const char *json = rf_get(r->scene, path);
+  rf_error(r->engine, NULL); // a name that would have to be quoted further
+  return json && !strcmp(json, "0");
+}
+
+// The steps of an open shutter, from the world at its middle.
+static ExitCode open_shutter(Render *r, double seconds)
+{
+  rf_shot_destroy(r->shot);
+  r->shot = NULL;
+  if (!r->moves || is_shutter_closed(r)) return EXIT_DONE;
+  const float aspect = (float)r->stats.width / (float)r->stats.height;
+  progress_stage(&r->progress, "preparing", r->args->operands[0]);
+  r->shot = rf_shot_prepare(r->scene, r->world, args_text(r->args, "camera"), aspect, seconds);
+  progress_clear(&r->progress);
+  return r->shot ? EXIT_DONE : fail_library(r->engine);
+}
+
 static ExitCode prepare(Render *r)
 {
   const char *camera = args_text(r->args, "camera");
@@ -394,15 +489,25 @@ static ExitCode prepare(Render *r)
              r->args->operands[0]);
   plan_samples(r);
   const float aspect = (float)r->stats.width / (float)r->stats.height;
-  const ExitCode code = r->is_bare ? prepare_stage(r, aspect) : EXIT_DONE;
+  ExitCode code = r->is_bare ? prepare_stage(r, aspect) : EXIT_DONE;
   if (code) return code;
-  r->stats.prepare = seconds_now() - start;
   r->stats.world = rf_world_take_stats(r->world);
   if (!rf_camera(r->scene, r->world, camera, aspect, &r->eye)) return fail_library(r->engine);
-  return EXIT_DONE;
+  if (r->moves && !camera) code = stage_hold_camera(r->engine, r->scene, &r->eye);
+  if (!code) code = open_shutter(r, moment(r, 0));
+  r->stats.prepare = seconds_now() - start;
+  return code;
 }
 
 // --- rendering -------------------------------------------------------------------------------------
+static void add_frames_before(const Render *r, rf_progress *now)
+{
+  now->done = ((double)r->frames_done + now->done) / (double)frames_count(&r->frames);
+  now->seconds += r->frames_before.seconds;
+  now->rays += r->frames_before.rays;
+  if (now->done > 0) now->eta = now->seconds * (1 - now->done) / now->done;
+}
+
 static rf_go on_progress(void *user, const rf_progress *p)
 {
   Render *r = user;
@@ -419,8 +524,11 @@ static rf_go on_progress(void *user, const rf_progress *p)
   now.rays += r->before.rays;
   if ((r->range_count > 1 || r->kept.path) && now.done > 0) now.eta = now.seconds * (1 - now.done) / now.done;
   const bool is_open_ended = args_has(r->args, "time") || args_has(r->args, "noise");
+  if (r->frames.is_wanted) add_frames_before(r, &now);
   progress_show(&r->progress, &now, is_open_ended && !args_has(r->args, "spp") ? 0 : r->samples_wanted);
   if (!signals_count()) return RF_GO_ON;
+  // A frame with fewer samples than its neighbours would be seen in the film.
+  if (r->frames.is_wanted) return RF_STOP_NOW;
   if (!r->is_stop_said && !r->is_quiet) {
     progress_clear(&r->progress);
     say("finishing this pass, then saving; once more stops at once and saves nothing");
@@ -431,6 +539,15 @@ static rf_go on_progress(void *user, const rf_progress *p)
 
 static ExitCode fail_stopped(const Render *r)
 {
+  const long frame = r->frames.first + r->frames_done * r->frames.step;
+  if (r->frames.is_wanted && r->video_count)
+    return fail(EXIT_STOPPED,
+                "stopped at frame %ld; a film is made in one go, so none was saved. To be able to go on, render numbered "
+                "pictures, as -o film_####.png, and run the same command with --resume",
+                frame);
+  if (r->frames.is_wanted)
+    return fail(EXIT_STOPPED, "stopped at frame %ld; those before it are saved. To go on, run the same command with --resume",
+                frame);
   return fail(EXIT_STOPPED, "stopped at once, %s; run the same command again",
               r->kept.path ? "and what was saved last is kept" : "nothing was saved");
 }
@@ -443,7 +560,8 @@ static ExitCode render_range(Render *r, Range range, rf_film *film)
   r->def.progress = on_progress;
   r->def.user = r;
   r->range_share = (double)(range.end - range.first) / r->samples_wanted;
-  const rf_status status = rf_render(r->world, &r->eye, &r->def, film, &stats);
+  const rf_status status = r->shot ? rf_shot_render(r->shot, &r->def, film, &stats)
+                                   : rf_render(r->world, &r->eye, &r->def, film, &stats);
   progress_clear(&r->progress);
   if (status == RF_CANCELLED)
     return fail_stopped(r);
@@ -515,7 +633,7 @@ static bool is_denoised(const Render *r)
 
 static ExitCode render_all(Render *r)
 {
-  r->saved_planes = r->planes;
+  if (!r->saved_planes) r->saved_planes = r->planes;
   if (is_denoised(r)) r->planes |= RF_DENOISE_PLANES;
   ExitCode code = open_film(r);
   if (code) return code;
@@ -524,7 +642,7 @@ static ExitCode render_all(Render *r)
   code = r->kept.path ? render_kept(r) : render_first(r);
   for (size_t i = 1; !r->kept.path && !code && !r->is_stop_said && i < r->range_count; i++)
     code = render_and_merge(r, r->ranges[i]);
-  r->stats.render = r->before.seconds;
+  r->stats.render += r->before.seconds;
   return code;
 }
 
@@ -557,7 +675,7 @@ static ExitCode denoise(Render *r)
       code = fail(EXIT_INTERNAL, "%s", text);
   }
   progress_clear(&r->progress);
-  r->stats.denoise = seconds_now() - start;
+  r->stats.denoise += seconds_now() - start;
   return code;
 }
 
@@ -565,8 +683,10 @@ static ExitCode denoise(Render *r)
 static ExitCode write_pictures(Render *r)
 {
   const double start = seconds_now();
-  const ExitCode code = pictures_write(r->args, r->engine, r->film, r->saved_planes, rf_scene_develop_def(r->scene));
-  r->stats.write = seconds_now() - start;
+  const long frame = r->frames.is_wanted ? r->frames.first + r->frames_done * r->frames.step : FRAME_NONE;
+  const ExitCode code =
+      pictures_write(r->args, r->engine, r->film, r->saved_planes, rf_scene_develop_def(r->scene), frame);
+  r->stats.write += seconds_now() - start;
   return code;
 }
 
@@ -588,11 +708,13 @@ static void print_summary(const Render *r)
   if (r->is_quiet) return;
   pictures_list(r->args, stderr);
   if (r->kept.path) fprintf(stderr, "%s%s", args_has(r->args, "output") ? ", " : "", r->kept.path);
-  fprintf(stderr, ": %dx%d, ", s->width, s->height);
+  if (r->frames.is_wanted) fprintf(stderr, ": %ld frames", r->frames_rendered);
+  fprintf(stderr, "%s %dx%d, ", r->frames.is_wanted ? "," : ":", s->width, s->height);
+  const int frames = r->frames_rendered > 1 ? (int)r->frames_rendered : 1;
   if (!args_has(r->args, "noise"))
-    fprintf(stderr, "%d spp", s->rendered.samples);
+    fprintf(stderr, "%d spp", s->rendered.samples / frames);
   else
-    fprintf(stderr, "%.1f spp on average, noise %.2g%%, %.0f%% of the tiles at %.2g%%", s->rendered.mean_samples,
+    fprintf(stderr, "%.1f spp on average, noise %.2g%%, %.0f%% of the tiles at %.2g%%", s->rendered.mean_samples / frames,
             100 * s->rendered.noise, floor(100 * s->rendered.quiet), 100 * args_real(r->args, "noise", 0));
   fprintf(stderr, ", %.2f s, %.1f Mrays/s\n", s->render,
           s->render > 0 ? (double)stats_rays(&s->rendered) / s->render / 1e6 : 0.0);
@@ -616,6 +738,105 @@ static ExitCode write_all(Render *r)
               r->stats.rendered.samples, r->stats.rendered.samples + r->left + r->later);
 }
 
+// --- frames ----------------------------------------------------------------------------------------
+static ExitCode begin_videos(Render *r)
+{
+  const char *output;
+  ExitCode code = EXIT_DONE;
+  for (size_t i = 0; !code && (output = args_next(r->args, "output", &i));) {
+    if (!picture_is_video(output)) continue;
+    if (r->video_count == MOST_VIDEOS) return fail(EXIT_USAGE, "-o %s: at most %d films at once", output, MOST_VIDEOS);
+    code = video_begin(&r->videos[r->video_count++], output, r->stats.width, r->stats.height, r->fps / (double)r->frames.step);
+  }
+  return code;
+}
+
+static ExitCode finish_videos(Render *r)
+{
+  ExitCode first = EXIT_DONE;
+  for (size_t i = 0; i < r->video_count; i++) {
+    const ExitCode code = video_finish(r->videos[i]);
+    r->videos[i] = NULL;
+    if (!first) first = code;
+  }
+  return first;
+}
+
+static ExitCode add_to_videos(Render *r)
+{
+  if (!r->video_count) return EXIT_DONE;
+  const rf_develop_def develop = pictures_develop(r->args, rf_scene_develop_def(r->scene));
+  rf_image picture;
+  if (!rf_develop(r->film, &develop, &picture)) return fail_library(r->engine);
+  ExitCode code = EXIT_DONE;
+  for (size_t i = 0; !code && i < r->video_count; i++) code = video_add(r->videos[i], &picture);
+  rf_image_free(&picture);
+  return code;
+}
+
+static bool is_frame_there(const Render *r)
+{
+  const char *output;
+  bool is_there = args_has(r->args, "output");
+  for (size_t i = 0; is_there && (output = args_next(r->args, "output", &i));) {
+    char path[PATH_MAX];
+    frame_name(path, output, r->frames.first + r->frames_done * r->frames.step);
+    is_there = output_exists(path);
+  }
+  return is_there;
+}
+
+// The world of the first frame stands since prepare().
+static ExitCode prepare_frame(Render *r)
+{
+  const double start = seconds_now(), seconds = moment(r, r->frames_done);
+  const float aspect = (float)r->stats.width / (float)r->stats.height;
+  if (!r->moves || r->frames_done == 0) return EXIT_DONE;
+  if (!rf_set_time(r->scene, seconds)) return fail_library(r->engine);
+  rf_world *next = rf_prepare(r->scene, r->world);
+  if (!next) return fail_library(r->engine);
+  rf_world_destroy(r->world);
+  r->world = next;
+  if (!rf_camera(r->scene, next, args_text(r->args, "camera"), aspect, &r->eye)) return fail_library(r->engine);
+  const ExitCode code = open_shutter(r, seconds);
+  r->stats.prepare += seconds_now() - start;
+  return code;
+}
+
+static ExitCode render_frame(Render *r)
+{
+  snprintf(r->progress.label, sizeof r->progress.label, "frame %ld", r->frames.first + r->frames_done * r->frames.step);
+  r->before = (rf_progress){0};
+  ExitCode code = prepare_frame(r);
+  if (!code) code = render_all(r);
+  if (!code) code = denoise(r);
+  if (!code) code = write_pictures(r);
+  if (!code) code = add_to_videos(r);
+  if (!code && (pictures_have(r->args, picture_is_hash) || args_has(r->args, "stats"))) r->stats.hash = rf_film_hash(r->film);
+  if (!code && pictures_have(r->args, picture_is_hash)) code = pictures_print_hash(r->stats.hash);
+  rf_film_destroy(r->film);
+  r->film = NULL;
+  r->frames_before.seconds += r->before.seconds;
+  r->frames_before.rays += r->before.rays;
+  r->frames_rendered += !code;
+  return code;
+}
+
+static ExitCode render_frames(Render *r)
+{
+  const char *stats = args_text(r->args, "stats");
+  ExitCode code = begin_videos(r);
+  signals_defer();
+  for (; !code && r->frames_done < frames_count(&r->frames); r->frames_done++) {
+    if (args_has(r->args, "resume") && is_frame_there(r)) continue;
+    code = signals_count() ? fail_stopped(r) : render_frame(r);
+    if (code) break;
+  }
+  if (!code) code = finish_videos(r);
+  if (!code) print_summary(r);
+  return code || !stats ? code : stats_write(&r->stats, stats);
+}
+
 // --- the whole -------------------------------------------------------------------------------------
 static ExitCode open_engine(Render *r)
 {
@@ -631,7 +852,9 @@ static ExitCode open_engine(Render *r)
 static void finish(Render *r)
 {
   signals_release();
+  for (size_t i = 0; i < r->video_count; i++) video_drop(r->videos[i]);
   rf_film_destroy(r->film);
+  rf_shot_destroy(r->shot);
   kept_film_finish(&r->kept);
   rf_world_destroy(r->world);
   rf_scene_destroy(r->scene);
@@ -650,7 +873,13 @@ static ExitCode run_render(const Args *args)
   if (!code) code = check_outputs(&r);
   if (!code) code = rehearse_settings(&r);
   if (!code) code = load(&r);
+  if (!code) code = plan_frames(&r);
   if (!code) code = prepare(&r);
+  if (!code && r.frames.is_wanted) {
+    code = render_frames(&r);
+    finish(&r);
+    return code;
+  }
   if (!code) code = render_all(&r);
   if (!code) code = denoise(&r);
   if (!code) code = write_all(&r);

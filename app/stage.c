@@ -86,19 +86,30 @@ static bool measure(Stage *s, const rf_world *model)
   return s->radius > 1e-5 && s->radius < 1e15;
 }
 
+static void put_eye(Stage *s, const rf_eye *e)
+{
+  const rf_vec3 p = e->frame.p, back = e->frame.z;
+  const double focus = e->focus;
+  put(s, "camera", "{\"position\": [%.9g, %.9g, %.9g], \"target\": [%.9g, %.9g, %.9g], \"fov\": %.6g}", p.x,
+      p.y, p.z, p.x - focus * back.x, p.y - focus * back.y, p.z - focus * back.z,
+      e->fov * 180 / 3.14159265358979323846);
+}
+
 // From rf_camera(), which frames a scene without a camera.
 static void put_camera(Stage *s, const rf_world *model, float aspect)
 {
   rf_eye e;
-  if (!rf_camera(s->scene, model, NULL, aspect, &e)) {
+  if (rf_camera(s->scene, model, NULL, aspect, &e))
+    put_eye(s, &e);
+  else
     s->code = fail_library(s->engine);
-    return;
-  }
-  const rf_vec3 p = e.frame.p, back = e.frame.z;
-  const double focus = e.focus;
-  put(s, "camera", "{\"position\": [%.9g, %.9g, %.9g], \"target\": [%.9g, %.9g, %.9g], \"fov\": %.6g}", p.x,
-      p.y, p.z, p.x - focus * back.x, p.y - focus * back.y, p.z - focus * back.z,
-      e.fov * 180 / 3.14159265358979323846);
+}
+
+ExitCode stage_hold_camera(rf_engine *engine, rf_scene *scene, const rf_eye *eye)
+{
+  Stage s = {.engine = engine, .scene = scene};
+  if (is_value(engine, scene, "camera", "{}")) put_eye(&s, eye);
+  return s.code;
 }
 
 static void put_light(Stage *s, const char *name, const double at[3], const double size[2],

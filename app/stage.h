@@ -16,6 +16,9 @@ void stage_turn(rf_engine *engine, rf_scene *scene, const char *path, bool is_qu
 // objects.stage_floor unless the picture is a debug view or has a transparent background. aspect: of the picture.
 ExitCode stage_build(rf_engine *engine, rf_scene *scene, const rf_world *model, float aspect);
 
+// Gives a scene without a camera the one it is seen by now, so that it stands still while things move.
+ExitCode stage_hold_camera(rf_engine *engine, rf_scene *scene, const rf_eye *eye);
+
 // Is this the path of something that stage_build() makes? Edits of it come after.
 bool stage_owns(const char *path);
 

@@ -48,7 +48,7 @@ hash_of() {
 small="--size 24x16 --spp 2 --quiet"
 
 # --- help, manual page, completion -----------------------------------------------------------------
-render_options="output size spp time noise camera seed integrator max-depth threads isa set aov no-effects denoise samples tiles bits
+render_options="output size spp time noise camera at frames fps resume seed integrator max-depth threads isa set aov no-effects denoise samples tiles bits
   quality film allow-outside cache stats quiet help"
 convert_options="exposure tone-curve bits quality allow-outside quiet help"
 expect 0 '' man
@@ -277,6 +277,45 @@ expect 0 '' render cornell.json -o two.png -otwo.pfm $small --bits=16 --no-effec
 [ -s two.png ] && [ -s two.pfm ] || failed "two outputs"
 expect 0 "" render -o set.png $small --max-depth 1 --integrator normal --set develop.exposure=1 \
   --set sky.color=#203040 --set sky.gain=0.5 -- cornell.json
+# Frames: numbered files, a moment of its own for each, gone on with, and films.
+cat >moves.json <<'END'
+{ "rayfold": 1, "sky": { "kind": "constant", "color": 1 }, "timeline": { "fps": 10 }, "camera": {},
+  "animation": [ { "path": "sky.gain", "keys": [ { "time": 0, "value": 0 }, { "time": 0.5, "value": 1 } ] } ] }
+END
+expect 0 '' render moves.json -o f_##.png -o g.png --frames all $small
+same "$(echo f_*.png g_*.png)" "f_00.png f_01.png f_02.png f_03.png f_04.png g_0000.png g_0001.png g_0002.png g_0003.png g_0004.png" frames
+expect 0 '' render moves.json -o at.png --at 0.3 $small
+same "$(cmp at.png f_03.png 2>&1)" "" "--at and its frame"
+expect 0 '' render moves.json -o s_#.pfm --frames 1:6:2 --fps 20 $small
+same "$(echo s_*.pfm)" "s_1.pfm s_3.pfm s_5.pfm" "every second frame"
+rm f_02.png && : >f_03.png && touch -d 2001-01-01 f_01.png
+expect 0 '2 frames' render moves.json -o f_##.png --frames 0:5 --resume --size 24x16 --spp 2
+same "$(find f_01.png -newermt 2002-01-01)" "" "a frame that was there"
+[ -s f_02.png ] && [ -s f_03.png ] || failed "frames that were missing"
+expect 64 'it is A:B' render moves.json -o f.png --frames 5:2
+expect 64 'it is A:B' render moves.json -o f.png --frames 5
+expect 64 'leave one' render moves.json -o f.png --frames 0:2 --at 1
+expect 64 'one picture' render moves.json -o f.png --frames 0:2 --film f.rff
+expect 64 'goes on' render moves.json -o f.png --resume
+expect 64 'in one go' render moves.json -o f.mp4 --resume
+expect 64 'nothing in it moves' render cornell.json -o f.png --frames all
+rm -f f.mp4
+program=$rayfold rayfold=$work/elsewhere
+printf '#!/bin/sh\nPATH=/nowhere exec "%s" "$@"\n' "$program" >elsewhere && chmod +x elsewhere
+expect 73 'install it' render moves.json -o f.mp4 $small
+[ ! -e f.mp4 ] || failed "a film without ffmpeg"
+printf '#!/bin/sh\necho boiled over >&2\nexit 3\n' >ffmpeg && chmod +x ffmpeg
+printf '#!/bin/sh\nPATH=".:$PATH" exec "%s" "$@"\n' "$program" >elsewhere
+expect 73 'boiled over' render moves.json -o f.mp4 $small
+rm ffmpeg
+rayfold=$program
+if command -v ffmpeg >/dev/null 2>&1; then
+  expect 0 '' render moves.json -o f.mp4 -o f.gif -o f.webm $small
+  for film in f.mp4 f.gif f.webm; do
+    same "$(ffprobe -v error -count_frames -select_streams v -show_entries stream=nb_read_frames -of csv=p=0 $film 2>&1)" 5 $film
+  done
+fi
+same "$(ls | grep -c part)" 0 "leftovers of films"
 # A picture is no way off itself; grey 1/4 against grey 1/2: (1/4)^2 / (1/4 + 1/100), and half as bright.
 printf 'PF\n2 1\n-1.0\n' >half.pfm
 printf 'PF\n2 1\n-1.0\n' >quarter.pfm

@@ -300,6 +300,22 @@ RF_API rf_render_def rf_scene_render_def(const rf_scene *s, int *width, int *hei
 RF_API rf_status rf_render(const rf_world *w, const rf_eye *eye, const rf_render_def *def, rf_film *f,
                            rf_render_stats *stats);
 
+// --- shots: pictures of what moves ------------------------------------------------------------------
+// A scene seen while a camera's shutter is open about a moment: "shutter" of the camera says for how many frames, and
+// "render.motion_steps" into how many steps that is cut. Each step has its own world and eye, and each sample sees one
+// of them, so whatever can move is blurred: places, shapes, light and the eye.
+typedef struct rf_shot rf_shot;
+// Moves the scene to the moment (rf_set_time()) and leaves it there. previous (may be NULL) is a world to share with;
+// camera and aspect as for rf_camera(). One step if the shutter is closed or nothing moves while it is open.
+RF_API rf_shot *rf_shot_prepare(rf_scene *s, const rf_world *previous, const char *camera, float aspect,
+                                double seconds);
+RF_API int rf_shot_steps(const rf_shot *shot);
+RF_API const rf_world *rf_shot_world(const rf_shot *shot); // of the step in the middle; lives as long as the shot
+RF_API rf_eye rf_shot_eye(const rf_shot *shot);            // likewise
+// As rf_render(). The film of the first n samples has each step in it equally often, to within one sample.
+RF_API rf_status rf_shot_render(const rf_shot *shot, const rf_render_def *def, rf_film *f, rf_render_stats *stats);
+RF_API void rf_shot_destroy(rf_shot *shot);
+
 // --- films in files: to go on another day, or on many machines ---------------------------------------
 // A number that tells pictures apart: of the scene as it is (but for samples and develop), all it shows, and the eye.
 // Reads every mesh and texture once. Never 0, except when memory is out.

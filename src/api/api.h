@@ -11,6 +11,7 @@
 #include "render/camera.h"
 #include "render/film.h"
 #include "render/hot.h"
+#include "render/render.h"
 #include "scene/edit.h"
 #include "scene/scene.h"
 #include "world/world.h"
@@ -54,6 +55,17 @@ Eye api_eye(const rf_eye *e);
 bool api_settings(const rf_render_def *def, const char *function, RenderSettings *out);
 // Makes the scene ready; NULL with the error in err. cancel may be NULL.
 rf_world *api_prepare(rf_scene *s, const rf_world *previous, const Cancel *cancel, Err *err);
+// The camera of that name, NULL: the main one. NULL on error.
+const Camera *api_find_camera(const Scene *s, const char *name, Err *err);
+
+// What a render sees: one world and eye, or several moments (see RenderJob).
+typedef struct ApiSight {
+  const World *world;
+  Eye eye;
+  const RenderMoment *moments;
+  uint32_t moment_count;
+} ApiSight;
+rf_status api_render(rf_engine *e, const ApiSight *sight, const rf_render_def *def, rf_film *f, rf_render_stats *stats);
 void api_log_notes(const rf_engine *e, const Notes *notes);
 bool api_tone(const rf_develop_def *def, const char *function, Tone *out); // def NULL: defaults
 bool api_is_opaque(const rf_image *rgba); // covered everywhere: needs no alpha channel

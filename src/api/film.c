@@ -176,25 +176,22 @@ static RenderGo pass_on(void *user, const RenderProgress *p)
   return (RenderGo)link->progress(link->user, &out);
 }
 
-rf_status rf_render(const rf_world *w, const rf_eye *eye, const rf_render_def *def, rf_film *f,
-                    rf_render_stats *stats)
+rf_status api_render(rf_engine *e, const ApiSight *sight, const rf_render_def *def, rf_film *f,
+                     rf_render_stats *stats)
 {
   RenderSettings settings;
-  if (!w || !eye || !def || !f) {
-    api_bad_argument("rf_render", "world, eye, definition and film must not be NULL");
-    return RF_BAD_ARGUMENT;
-  }
   if (!api_settings(def, "rf_render", &settings)) return RF_BAD_ARGUMENT;
   Err err = {0};
   ProgressLink link = {def->progress, def->user};
-  RenderJob job = {.world = w->world, .eye = api_eye(eye), .settings = settings, .seed = def->seed, .film = f->film,
+  RenderJob job = {.world = sight->world, .eye = sight->eye, .moments = sight->moments,
+                   .moment_count = sight->moment_count, .settings = settings, .seed = def->seed, .film = f->film,
                    .first_sample = (uint32_t)def->first_sample, .end_sample = (uint32_t)def->end_sample,
                    .part = (uint32_t)def->part, .part_end = (uint32_t)def->part_end, .parts = (uint32_t)def->parts,
                    .budget_seconds = def->budget_seconds, .noise_target = def->noise_target,
                    .progress = def->progress ? pass_on : NULL, .user = &link};
   RenderStats taken = {0};
   api_film_changed(f);
-  render_run(&job, w->engine->jobs, w->engine->hot, &w->engine->cancel, &taken, &err);
+  render_run(&job, e->jobs, e->hot, &e->cancel, &taken, &err);
   if (stats)
     *stats = (rf_render_stats){.seconds = taken.seconds, .camera_rays = taken.rays.camera_rays,
                                .bounce_rays = taken.rays.bounce_rays, .shadow_rays = taken.rays.shadow_rays,
@@ -204,6 +201,17 @@ rf_status rf_render(const rf_world *w, const rf_eye *eye, const rf_render_def *d
   const rf_status status = (rf_status)err.kind;
   api_fail(&err);
   return status;
+}
+
+rf_status rf_render(const rf_world *w, const rf_eye *eye, const rf_render_def *def, rf_film *f,
+                    rf_render_stats *stats)
+{
+  if (!w || !eye || !def || !f) {
+    api_bad_argument("rf_render", "world, eye, definition and film must not be NULL");
+    return RF_BAD_ARGUMENT;
+  }
+  const ApiSight sight = {.world = w->world, .eye = api_eye(eye)};
+  return api_render(w->engine, &sight, def, f, stats);
 }
 
 // --- developing -----------------------------------------------------------------------------------

@@ -160,8 +160,9 @@ rf_surface rf_surface_at(const rf_world *w, const rf_ray *ray, const rf_hit *hit
 }
 
 // --- cameras --------------------------------------------------------------------------------------
-static const Camera *find_camera(const Scene *s, const char *name, Err *err)
+const Camera *api_find_camera(const Scene *s, const char *name, Err *err)
 {
+  if (!name) return &s->camera;
   const char *names[64];
   size_t count = 0;
   for (size_t i = 0; i < s->cameras.count; i++) {
@@ -196,7 +197,7 @@ bool rf_camera(rf_scene *s, const rf_world *w, const char *name, float aspect, r
   if (!s || !eye) return api_bad_argument("rf_camera", "scene and result must not be NULL");
   Err err = {0};
   Eye e;
-  const Camera *found = name ? find_camera(s->scene, name, &err) : &s->scene->camera;
+  const Camera *found = api_find_camera(s->scene, name, &err);
   Camera framed;
   if (!name && !s->scene->has_camera && w) {
     framed = world_frame_camera(w->world, aspect > 0 ? aspect : 1);

@@ -27,6 +27,7 @@ typedef struct Run {
   RenderProgress told; // noise and rays of the last whole pass
   double done, cost;   // samples a pixel in whole passes, and of the pass under way
   bool is_complete;
+  uint8_t moments[MOST_MOMENTS]; // the order in which samples take them
 } Run;
 
 static double seconds_now(void)
@@ -72,18 +73,46 @@ static size_t item_count(const Run *r)
   return r->is_even ? (size_t)r->columns * r->rows : r->plan.count;
 }
 
+// Numbers below n in the order of their reversed bits (van der Corput): any run of them from the start is spread as
+// evenly as can be, so that a picture stopped early is blurred as it should be, only more coarsely.
+static void order_moments(uint8_t *order, uint32_t n)
+{
+  uint32_t bits = 0;
+  while (1u << bits < n) bits++;
+  for (uint32_t i = 0, k = 0; n && i < 1u << bits; i++) {
+    uint32_t reversed = 0;
+    for (uint32_t b = 0; b < bits; b++) reversed |= (i >> b & 1) << (bits - 1 - b);
+    if (reversed < n) order[k++] = (uint8_t)reversed;
+  }
+}
+
+// Samples [first, end) of a tile; where things move one by one, each in its moment's world. The sampler deals each
+// pixel's samples in an order of its own, so which moment a sample sees says nothing about where in the pixel it looks.
+static void render_samples(const Run *r, uint32_t first, uint32_t end, Tile tile, WorkerState *worker)
+{
+  const uint32_t step = r->job->moment_count ? 1 : end - first;
+  RenderPass pass = r->pass;
+  for (uint32_t sample = first; sample < end; sample += step) {
+    if (r->job->moment_count) {
+      const RenderMoment *m = &r->job->moments[r->moments[sample % r->job->moment_count]];
+      pass.world = m->world;
+      pass.eye = m->eye;
+    }
+    pass.first_sample = sample;
+    pass.end_sample = sample + step;
+    if (!r->hot->render_tile(&pass, tile, worker)) return;
+  }
+}
+
 static void render_item(void *user, size_t item, int worker)
 {
   Run *r = user;
   if (r->is_even) {
-    r->hot->render_tile(&r->pass, tile_at(r, item), &r->workers[worker]);
+    render_samples(r, r->pass.first_sample, r->pass.end_sample, tile_at(r, item), &r->workers[worker]);
   } else {
     const CellRange *c = &r->plan.items[item];
     const CellBox b = film_cell_box(r->job->film, c->cell);
-    RenderPass own = r->pass;
-    own.first_sample = c->first;
-    own.end_sample = c->end;
-    r->hot->render_tile(&own, (Tile){b.x0, b.y0, b.x1, b.y1}, &r->workers[worker]);
+    render_samples(r, c->first, c->end, (Tile){b.x0, b.y0, b.x1, b.y1}, &r->workers[worker]);
   }
   if (worker != 0 || !r->job->progress || seconds_now() - r->last_progress < PROGRESS_SECONDS) return;
   // Tiles are taken in order, so this one's number says how many have been begun.
@@ -194,6 +223,7 @@ bool render_run(const RenderJob *job, Jobs *jobs, const HotTable *hot, const Can
                         .film = job->film,
                         .cancel = cancel,
                         .stop = &r.stop};
+  order_moments(r.moments, job->moment_count);
   filter_build(&r.pass.filter, (FilterKind)job->settings.filter, job->settings.filter_width);
 
   bool ok = true;

@@ -23,9 +23,21 @@ typedef struct RenderProgress {
   uint64_t rays;       // up to the last pass
 } RenderProgress;
 
+// What is seen, and from where, in a part of the time a shutter is open.
+typedef struct RenderMoment {
+  const World *world;
+  Eye eye;
+} RenderMoment;
+
+enum { MOST_MOMENTS = 64 };
+
 typedef struct RenderJob {
   const World *world;
   Eye eye;
+  // Where something moves: 2 to MOST_MOMENTS, in order, all as long; world and eye are then not looked at. Each sample of
+  // each pixel sees one of them, the first n samples each of them equally often, to within one.
+  const RenderMoment *moments;
+  uint32_t moment_count;   // 0: nothing moves
   RenderSettings settings; // size, spp and seed in it are not looked at
   uint64_t seed;
   Film *film;                        // gets the samples; its size is the picture's

@@ -549,8 +549,7 @@ typedef struct Light {
 // --- animation ----------------------------------------------------------------------------------
 #define TIMELINE_FIELDS(F)                                                                              \
   F(real, fps, 24, 0.001, 100000, "1/s", "Pictures a second.")                                          \
-  F(vec2, range, (0, 0), -1e6, 1e6, "s", "First and last moment; equal: from the first key to the last.") \
-  F(text, clip, NULL, 0, 0, "", "The clip that models play, of those they bring; none: their first.")
+  F(vec2, range, (0, 0), -1e6, 1e6, "s", "First and last moment; equal: from the first key to the last.")
 FIELD_STRUCT(Timeline, TIMELINE_FIELDS);
 
 #define TRACK_FIELDS(F)                                                                                              \
