@@ -48,7 +48,7 @@ hash_of() {
 small="--size 24x16 --spp 2 --quiet"
 
 # --- help, manual page, completion -----------------------------------------------------------------
-render_options="output size spp time noise camera at frames fps resume seed integrator max-depth threads isa set aov no-effects denoise samples tiles bits
+render_options="output size spp time noise camera at frames fps clip resume seed integrator max-depth threads isa set aov no-effects denoise samples tiles bits
   quality film allow-outside cache stats quiet help"
 convert_options="exposure tone-curve bits quality allow-outside quiet help"
 expect 0 '' man

@@ -224,7 +224,8 @@ static double random_number(const Field *f, bool is_whole)
 {
   const double low = fmax(f->low, -50), high = fmin(f->high, 50);
   const double x = low + (high - low) * (double)unit_float(next_random());
-  return is_whole ? floor(x) : (double)(float)(round(x * 8) / 8 < low ? high : round(x * 8) / 8);
+  // + 0 makes -0 the 0 that it is written as.
+  return is_whole ? floor(x) : (double)(float)(round(x * 8) / 8 < low ? high : round(x * 8) / 8) + 0.0;
 }
 
 // A value the table allows, as scene_get() would write it.

@@ -122,6 +122,9 @@ RF_API bool rf_redo(rf_scene *s);
 // fields as rf_set() does, but not for rf_undo(). Prepare the next world with the last one: what did not move is shared.
 // On failure (a track's path leads nowhere any more) some of it has moved.
 RF_API bool rf_set_time(rf_scene *s, double seconds);
+// The clips that a glTF model brings, by number; NULL past the last. "timeline.clip" chooses one, without it the first
+// plays. Lives as long as the scene.
+RF_API const char *rf_clip_name(const rf_scene *s, size_t i);
 // First and last moment in seconds and pictures a second, as the scene's "timeline" says or, where it does not, from
 // the first key to the last. False: nothing moves. Results may be NULL.
 RF_API bool rf_animation_range(const rf_scene *s, double *start, double *end, double *fps);

@@ -6,6 +6,7 @@
 #include "scene/pages.h"
 #include "scene/export_mesh.h"
 #include "scene/kinds.h"
+#include "scene/rig.h"
 #include "scene/track.h"
 #include "world/merge.h"
 #include "world/model_save.h"
@@ -188,6 +189,12 @@ bool rf_set_time(rf_scene *s, double seconds)
   Err err = {0};
   scene_set_time(s->scene, seconds, NULL, &err);
   return api_fail(&err);
+}
+
+const char *rf_clip_name(const rf_scene *s, size_t i)
+{
+  const Rig *r = s ? s->scene->rig : NULL;
+  return r && i < r->clips.count ? r->clips.items[i].name : NULL;
 }
 
 bool rf_animation_range(const rf_scene *s, double *start, double *end, double *fps)

@@ -12,6 +12,8 @@
 //   gltf_mesh.c      primitives to meshes
 //   gltf_node.c      nodes to objects, cameras and lights
 //   gltf_light.c     lights
+//   gltf_deform.c    joints of vertices and morph targets
+//   gltf_rig.c       skins, clips, and what follows which node
 //
 // Functions return false after an error, which then stands in g->err; lists are looked up by their JSON index.
 
@@ -59,6 +61,17 @@ typedef struct GltfMesh {
   size_t first, count; // its primitives, in scene.meshes
 } GltfMesh;
 
+// What may change the shape of one of the scene's meshes; all in the scene's arena.
+typedef struct GltfDeform {
+  int32_t mesh_i;
+  uint32_t influence_count; // a vertex
+  uint32_t joint_end;       // above all joints named
+  const uint16_t *joints;
+  const float *weights;
+  const struct RigTarget *targets;
+  size_t target_count;
+} GltfDeform;
+
 typedef struct Gltf {
   Scene *scene;
   const char *path;
@@ -77,6 +90,8 @@ typedef struct Gltf {
   ARRAY(GltfTextureUse) uses;
   Table uses_found; // hash of glTF texture and transform -> use
   GltfMesh *meshes;
+  ARRAY(GltfDeform) deforms; // by mesh_i, rising
+  uint32_t *places;          // node -> its number in the rig; UINT32_MAX: it is not of the scene
   float light_scale; // candela and lux to watts, see gltf_light.c
 } Gltf;
 
@@ -138,7 +153,25 @@ bool gltf_texture(Gltf *g, const Json *dict, const char *key, int32_t *texture_i
 bool gltf_add_materials(Gltf *g);                                 // scene index = glTF index
 bool gltf_add_mesh(Gltf *g, size_t mesh_i, const GltfMesh **out); // at its first use
 void gltf_choose_light_scale(Gltf *g);
-bool gltf_add_light(Gltf *g, const Json *node, size_t node_i, const Frame *world);
+bool gltf_add_light(Gltf *g, const Json *node, size_t node_i, const Frame *world, bool *is_added);
 bool gltf_add_nodes(Gltf *g);
+
+// --- gltf_deform.c, gltf_rig.c --------------------------------------------------------------------
+// Room in the scene's arena, on the import's account.
+void *gltf_keep(Gltf *g, size_t count, size_t size, const char *what);
+// What the primitive says of its vertices first to first + count, which became the mesh.
+bool gltf_add_deform(Gltf *g, const Json *primitive, const char *place, size_t vertex_count, size_t first, size_t count,
+                     int32_t mesh_i);
+bool gltf_rig_begin(Gltf *g);
+bool gltf_rig_add_node(Gltf *g, size_t node_i, int32_t parent); // in the order of the walk
+bool gltf_rig_add_skins(Gltf *g);                              // after all nodes
+// The meshes that a node with this mesh and skin (GLTF_NONE: none) shows: its own if they change their shape and other
+// nodes name them, too.
+bool gltf_rig_add_shapes(Gltf *g, const GltfMesh *mesh, size_t skin_i, uint32_t node, bool is_shared, GltfMesh *own);
+bool gltf_rig_is_bent(const Gltf *g, uint32_t node, int32_t mesh_i); // of the node just added, is the mesh skinned?
+bool gltf_rig_add_object(Gltf *g, uint32_t id, uint32_t node, bool is_skinned, const Frame *local);
+bool gltf_rig_add_camera(Gltf *g, const char *name, uint32_t node, bool is_main);
+bool gltf_rig_add_light(Gltf *g, const char *name, uint32_t node);
+bool gltf_rig_finish(Gltf *g); // clips; puts skinned and morphed meshes into their pose at rest
 
 #endif

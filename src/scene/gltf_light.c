@@ -70,8 +70,9 @@ static bool add_spot(Gltf *g, const char *name, const Json *json, const float *c
   return true;
 }
 
-bool gltf_add_light(Gltf *g, const Json *node, size_t node_i, const Frame *world)
+bool gltf_add_light(Gltf *g, const Json *node, size_t node_i, const Frame *world, bool *is_added)
 {
+  *is_added = false;
   const Json *use = gltf_extension(node, "KHR_lights_punctual"), *lights = lights_of(g);
   size_t light_i;
   if (!use) return true;
@@ -89,6 +90,7 @@ bool gltf_add_light(Gltf *g, const Json *node, size_t node_i, const Frame *world
   // The node's scale counts neither for the aim nor for the strength.
   const Frame pose = {world->x, world->y, v3_normalize(world->z), world->p};
   const char *type = js_text(js_get(json, "type"));
+  *is_added = true;
   char name[GLTF_NAME_SIZE];
   gltf_name(js_get(node, "name") ? node : json, "light", light_i, name);
   if (text_equal(type, "point")) return add_point(g, name, color, &pose);

@@ -1,6 +1,6 @@
 // Meshes of a glTF file: each primitive becomes one Mesh of the scene with at most one material slot. Only the part of
 // the vertex buffers that a primitive's indices span is copied, as exporters like to share one buffer among many.
-// Points and lines are left out, morph targets and skins stay at rest, each with a note.
+// Points and lines are left out with a note.
 //
 // A primitive without a material gets none, so it is shown in our grey instead of glTF's white metal.
 
@@ -218,8 +218,6 @@ static bool begin(Primitive *p, size_t mode, bool *is_usable)
   p->vertex_count = positions.count;
   if (p->vertex_count > UINT32_MAX)
     return gltf_fail(p->g, p->attributes, "POSITION", "%s has too many vertices", p->place);
-  if (js_get(p->json, "targets"))
-    note_once(notes, "%s: morph targets are not supported yet: meshes are shown without them", p->g->path);
   return true;
 }
 
@@ -236,6 +234,7 @@ static bool finish(Primitive *p, const char *name)
   const int32_t at = scene_add_mesh(g->scene, name, p->data);
   p->data = NULL;
   if (at < 0) return err_memory(g->err, "meshes", sizeof(Mesh));
+  if (!gltf_add_deform(g, p->json, p->place, p->vertex_count, p->first, p->count, at)) return false;
   if (material == GLTF_NONE) return true;
   Mesh *mesh = &g->scene->meshes.items[at];
   mesh->slots = arena_alloc(&g->scene->arena, 1, sizeof *mesh->slots);

@@ -3,6 +3,7 @@
 // name is read once and placed several times. EXT_mesh_gpu_instancing places it once more for each instance.
 
 #include "scene/gltf_access.h"
+#include "scene/rig.h"
 
 #include <string.h>
 
@@ -14,6 +15,7 @@ typedef struct Walk {
   size_t order_count;
   bool *is_reached;
   Frame *worlds;
+  uint32_t *uses; // of each mesh, by nodes so far
 } Walk;
 
 #define NO_PARENT UINT32_MAX
@@ -161,19 +163,30 @@ static bool is_visible(Gltf *g, const Frame *world, const char *name)
   return ok;
 }
 
-static bool add_objects(Gltf *g, const GltfMesh *mesh, const Frame *world, const char *name)
+// Objects of one node: world is where it stands, local the instance's own map below it.
+typedef struct Placed {
+  uint32_t node; // in the rig
+  Frame world, local;
+  const char *name;
+} Placed;
+
+static bool add_objects(Gltf *g, const GltfMesh *mesh, const Placed *placed)
 {
-  if (!is_visible(g, world, name)) return true;
+  const Frame world = frame_product(&placed->world, &placed->local);
+  const char *name = placed->name;
+  if (!is_visible(g, &world, name)) return true;
   if (!gltf_charge(g, mesh->count, sizeof(Object) + GLTF_NAME_SIZE, "objects")) return false;
   for (size_t i = 0; i < mesh->count; i++) {
     const int32_t at = scene_add_object(g->scene, SHAPE_MESH, name);
     if (at < 0) return err_memory(g->err, "objects", sizeof(Object));
     Object *o = &g->scene->objects.items[at];
     o->shape.mesh_i = (int32_t)(mesh->first + i);
-    v3_store(o->common.matrix, world->x);
-    v3_store(o->common.matrix + 3, world->y);
-    v3_store(o->common.matrix + 6, world->z);
-    v3_store(o->common.matrix + 9, world->p);
+    v3_store(o->common.matrix, world.x);
+    v3_store(o->common.matrix + 3, world.y);
+    v3_store(o->common.matrix + 6, world.z);
+    v3_store(o->common.matrix + 9, world.p);
+    const bool is_bent = gltf_rig_is_bent(g, placed->node, o->shape.mesh_i);
+    if (!gltf_rig_add_object(g, o->id, placed->node, is_bent, &placed->local)) return false;
   }
   return true;
 }
@@ -191,8 +204,7 @@ static bool open_instances(Gltf *g, const Json *attributes, const char *key, int
   return true;
 }
 
-static bool add_instances(Gltf *g, const Json *instancing, const GltfMesh *mesh, const Frame *world,
-                          const char *name)
+static bool add_instances(Gltf *g, const Json *instancing, const GltfMesh *mesh, const Placed *node)
 {
   const Json *attributes = js_get(instancing, "attributes");
   Accessor translations, rotations, scales;
@@ -207,41 +219,14 @@ static bool add_instances(Gltf *g, const Json *instancing, const GltfMesh *mesh,
     if (has_t) accessor_floats(&translations, i, 1, 3, t);
     if (has_r) accessor_floats(&rotations, i, 1, 4, r);
     if (has_s) accessor_floats(&scales, i, 1, 3, s);
-    const Frame local = frame_of(v3_load(t), r, v3_load(s)), placed = frame_product(world, &local);
-    if (!add_objects(g, mesh, &placed, name)) return false;
+    Placed placed = *node;
+    placed.local = frame_of(v3_load(t), r, v3_load(s));
+    if (!add_objects(g, mesh, &placed)) return false;
   }
   return true;
 }
 
-// A skinned mesh lies where its joints put it, not its node. At rest every joint says the same, so the first one is
-// asked: its place in the world times its inverse bind matrix.
-static bool find_rest_pose(Walk *w, size_t skin_i, Frame *world)
-{
-  Gltf *g = w->g;
-  const Json *skin = gltf_item(g, "skins", skin_i), *joints = js_get(skin, "joints");
-  size_t joint;
-  Accessor a;
-  bool is_given;
-  note_once(&g->scene->notes, "%s: skins are not supported yet: meshes are shown in their rest pose",
-            g->path);
-  if (js_kind(joints) != JSON_LIST || !js_count(joints))
-    return gltf_fail_item(g, "skins", skin_i, "it has no joints");
-  if (!item_index(w, joints, 0, "a joint", &joint) ||
-      !accessor_open(g, skin, "inverseBindMatrices", &is_given, &a))
-    return false;
-  if (!w->is_reached[joint]) return true; // not of this scene: the node's own place is the best guess
-  *world = w->worlds[joint];
-  if (!is_given) return true;
-  float m[16];
-  if (a.width != 16 || a.type != GLTF_F32)
-    return gltf_fail(g, skin, "inverseBindMatrices", "accessors[%zu] does not hold float matrices", a.index);
-  accessor_floats(&a, 0, 1, 16, m);
-  const Frame inverse_bind = {v3_load(m), v3_load(m + 4), v3_load(m + 8), v3_load(m + 12)};
-  *world = frame_product(world, &inverse_bind);
-  return true;
-}
-
-static bool add_mesh_of(Walk *w, const Json *node, Frame world)
+static bool add_mesh_of(Walk *w, const Json *node, uint32_t place, const Frame *world)
 {
   Gltf *g = w->g;
   const Json *instancing = gltf_extension(node, "EXT_mesh_gpu_instancing");
@@ -250,11 +235,14 @@ static bool add_mesh_of(Walk *w, const Json *node, Frame world)
   if (!gltf_index(g, node, "mesh", "meshes", &mesh_i) || !gltf_index(g, node, "skin", "skins", &skin_i))
     return false;
   if (mesh_i == GLTF_NONE) return true;
-  if (skin_i != GLTF_NONE && !find_rest_pose(w, skin_i, &world)) return false;
-  if (!gltf_add_mesh(g, mesh_i, &mesh)) return false;
+  GltfMesh own;
+  if (!gltf_add_mesh(g, mesh_i, &mesh) ||
+      !gltf_rig_add_shapes(g, mesh, skin_i, place, w->uses[mesh_i]++ > 0, &own))
+    return false;
   char name[GLTF_NAME_SIZE];
   gltf_name(js_get(node, "name") ? node : gltf_item(g, "meshes", mesh_i), "mesh", mesh_i, name);
-  return instancing ? add_instances(g, instancing, mesh, &world, name) : add_objects(g, mesh, &world, name);
+  const Placed placed = {place, *world, frame_identity(), name};
+  return instancing ? add_instances(g, instancing, &own, &placed) : add_objects(g, &own, &placed);
 }
 
 // --- cameras --------------------------------------------------------------------------------------
@@ -272,7 +260,7 @@ static bool read_lens(Gltf *g, const Json *json, Camera *c)
   return true;
 }
 
-static bool add_camera_of(Gltf *g, const Json *node, const Frame *world)
+static bool add_camera_of(Gltf *g, const Json *node, uint32_t place, const Frame *world)
 {
   size_t camera_i;
   if (!gltf_index(g, node, "camera", "cameras", &camera_i)) return false;
@@ -285,12 +273,8 @@ static bool add_camera_of(Gltf *g, const Json *node, const Frame *world)
   const int32_t at = scene_add_camera(g->scene, is_flat ? CAMERA_ORTHOGRAPHIC : CAMERA_PERSPECTIVE, name);
   if (at < 0) return err_memory(g->err, "cameras", sizeof(Camera));
   Camera *c = &g->scene->cameras.items[at];
-  // The node's scale does not count. A camera squeezed flat looks along -z, as one that says nothing.
-  const Vec3 back = v3_normalize(world->z), up = v3_normalize(world->y);
-  v3_store(c->common.position, world->p);
-  v3_store(c->common.target, world->p - (v3_is_zero(back) ? v3(0, 0, 1) : back));
-  v3_store(c->common.up, v3_is_zero(up) ? v3(0, 1, 0) : up);
-  if (!read_lens(g, json, c)) return false;
+  rig_place_camera(c, world);
+  if (!read_lens(g, json, c) || !gltf_rig_add_camera(g, c->name, place, at == 0)) return false;
   if (at == 0) {
     g->scene->camera = *c;
     g->scene->camera.name = NULL;
@@ -300,13 +284,35 @@ static bool add_camera_of(Gltf *g, const Json *node, const Frame *world)
 }
 
 // --- all of it ------------------------------------------------------------------------------------
+static bool add_light_of(Gltf *g, const Json *node, size_t node_i, uint32_t place, const Frame *world)
+{
+  bool is_added;
+  if (!gltf_add_light(g, node, node_i, world, &is_added)) return false;
+  return !is_added || gltf_rig_add_light(g, g->scene->lights.items[g->scene->lights.count - 1].name, place);
+}
+
+// A number in the rig is one in the order of the walk, where parents come first.
+static bool add_rig_nodes(Walk *w)
+{
+  Gltf *g = w->g;
+  for (size_t i = 0; i < w->node_count; i++) g->places[i] = UINT32_MAX;
+  for (size_t k = 0; k < w->order_count; k++) g->places[w->order[k]] = (uint32_t)k;
+  for (size_t k = 0; k < w->order_count; k++) {
+    const uint32_t parent = w->parents[w->order[k]];
+    const bool is_root = parent == NO_PARENT || g->places[parent] == UINT32_MAX;
+    if (!gltf_rig_add_node(g, w->order[k], is_root ? -1 : (int32_t)g->places[parent])) return false;
+  }
+  return gltf_rig_add_skins(g);
+}
+
 static bool add_things(Walk *w)
 {
   for (size_t k = 0; k < w->order_count; k++) {
     const size_t i = w->order[k];
     const Json *node = gltf_item(w->g, "nodes", i);
-    if (!add_mesh_of(w, node, w->worlds[i]) || !add_camera_of(w->g, node, &w->worlds[i]) ||
-        !gltf_add_light(w->g, node, i, &w->worlds[i]))
+    const uint32_t place = (uint32_t)k;
+    if (!add_mesh_of(w, node, place, &w->worlds[i]) || !add_camera_of(w->g, node, place, &w->worlds[i]) ||
+        !add_light_of(w->g, node, i, place, &w->worlds[i]))
       return false;
   }
   return true;
@@ -320,12 +326,18 @@ bool gltf_add_nodes(Gltf *g)
   w.order = gltf_alloc(g, w.node_count, sizeof *w.order, "nodes");
   w.worlds = gltf_alloc(g, w.node_count, sizeof *w.worlds, "nodes");
   w.is_reached = gltf_alloc(g, w.node_count, sizeof *w.is_reached, "nodes");
-  bool ok = w.parents && w.order && w.worlds && w.is_reached;
+  g->places = gltf_alloc(g, w.node_count, sizeof *g->places, "nodes");
+  w.uses = gltf_alloc(g, gltf_count(g, "meshes"), sizeof *w.uses, "meshes");
+  bool ok = w.parents && w.order && w.worlds && w.is_reached && g->places && w.uses;
   if (ok) memset(w.is_reached, 0, w.node_count * sizeof *w.is_reached);
-  ok = ok && find_parents(&w) && check_cycles(&w) && walk_scene(&w) && add_things(&w);
+  if (ok) memset(w.uses, 0, gltf_count(g, "meshes") * sizeof *w.uses);
+  ok = ok && gltf_rig_begin(g) && find_parents(&w) && check_cycles(&w) && walk_scene(&w) && add_rig_nodes(&w) &&
+       add_things(&w) && gltf_rig_finish(g);
   mem_free(w.parents);
   mem_free(w.order);
   mem_free(w.worlds);
   mem_free(w.is_reached);
+  mem_free(w.uses);
+  mem_free(g->places);
   return ok;
 }

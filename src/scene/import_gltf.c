@@ -177,8 +177,6 @@ static bool check_extensions(Gltf *g)
   if (gltf_extension(g->root, "KHR_materials_variants"))
     note_once(&g->scene->notes, "KHR_materials_variants is not supported yet: the variants of %s are ignored",
               g->path);
-  if (gltf_count(g, "animations"))
-    note_once(&g->scene->notes, "%s: animations are not supported yet: the scene stands still", g->path);
   return true;
 }
 
@@ -215,6 +213,7 @@ bool import_gltf(Scene *s, const char *path, const LoadOptions *options, Err *er
   mem_free(g.images);
   mem_free(g.meshes);
   array_finish(&g.uses);
+  array_finish(&g.deforms);
   table_finish(&g.uses_found);
   js_free(g.doc);
   file_release(&g.file);

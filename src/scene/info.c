@@ -2,6 +2,7 @@
 
 #include "scene/kinds.h"
 #include "scene/pages.h"
+#include "scene/rig.h"
 
 #include <float.h>
 #include <stdint.h>
@@ -166,6 +167,9 @@ bool scene_info(const Scene *s, Text *out)
   text_add(out, "%-10s %s\n", "sky", s->has_sky ? group_kind(&group_sky, &s->sky)->name : "none given");
   for (int i = 0; i < SECTION_COUNT; i++) put_section(s, &scene_sections[i], out);
   put_geometry(s, out);
+  for (size_t i = 0; s->rig && i < s->rig->clips.count; i++)
+    text_add(out, "%-10s %s, %g to %g s\n", "clip", s->rig->clips.items[i].name,
+             (double)s->rig->clips.items[i].start, (double)s->rig->clips.items[i].end);
   for (size_t i = 0; i < s->notes.lines.count; i++) text_add(out, "note       %s\n", s->notes.lines.items[i]);
   return !out->failed;
 }

@@ -5,6 +5,7 @@
 #include "base/mem.h"
 #include "base/text.h"
 #include "scene/kinds.h"
+#include "scene/rig.h"
 
 #include <string.h>
 
@@ -165,6 +166,7 @@ void scene_destroy(Scene *s)
   array_finish(&s->objects);
   array_finish(&s->lights);
   array_finish(&s->tracks);
+  rig_destroy(s->rig);
   array_finish(&s->sources);
   section_names_finish(s);
   shared_file_release(s->saved);

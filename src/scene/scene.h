@@ -549,7 +549,8 @@ typedef struct Light {
 // --- animation ----------------------------------------------------------------------------------
 #define TIMELINE_FIELDS(F)                                                                              \
   F(real, fps, 24, 0.001, 100000, "1/s", "Pictures a second.")                                          \
-  F(vec2, range, (0, 0), -1e6, 1e6, "s", "First and last moment; equal: from the first key to the last.")
+  F(vec2, range, (0, 0), -1e6, 1e6, "s", "First and last moment; equal: from the first key to the last.") \
+  F(text, clip, NULL, 0, 0, "", "The clip that models play, of those they bring; none: their first.")
 FIELD_STRUCT(Timeline, TIMELINE_FIELDS);
 
 #define TRACK_FIELDS(F)                                                                                              \
@@ -603,6 +604,7 @@ struct Scene {
   ARRAY(Light) lights;
   Timeline timeline;
   ARRAY(Track) tracks; // "animation"
+  struct Rig *rig;     // owned: what clips of a glTF file move; NULL: nothing
   bool has_time;       // scene_set_time() was called
   double time;         // s, the last it was called with
   uint32_t last_id;    // of an object

@@ -200,7 +200,10 @@ Scene *scene_load(const char *path, const LoadOptions *options, Err *err)
   s = begin_scene(path, format, &inner, err);
   if (!s) return NULL;
   Err first = {0};
-  if (note_sources(s, format, &inner, &first) && format->import(s, path, &inner, &first)) return s;
+  if (note_sources(s, format, &inner, &first) && format->import(s, path, &inner, &first)) {
+    s->wants_cache = s->wants_cache && !s->rig; // a cache keeps no clips
+    return s;
+  }
   explain(path, format, &first);
   err_set(err, first.kind, "%s", first.text);
   scene_destroy(s);

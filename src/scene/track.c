@@ -5,6 +5,7 @@
 
 #include "scene/element.h"
 #include "scene/quaternion.h"
+#include "scene/rig.h"
 #include "scene/target.h"
 
 #include <string.h>
@@ -422,23 +423,30 @@ static bool fail_track(const Scene *s, size_t i, double seconds, Err *err)
   return false;
 }
 
-bool scene_set_time(Scene *s, double seconds, unsigned *moved, Err *err)
+static bool set_time(Scene *s, const char *clip, bool is_strict, double seconds, unsigned *moved, Err *err)
 {
-  unsigned ignored;
-  if (!moved) moved = &ignored;
-  *moved = 0;
   s->has_time = true;
   s->time = seconds;
+  if (!rig_pose(s, clip, is_strict, false, seconds, moved, err)) return false;
   for (size_t i = 0; i < s->tracks.count; i++)
     if (!track_show(s, &s->tracks.items[i], seconds, moved, err)) return fail_track(s, i, seconds, err);
   for (size_t i = 0; i < s->tracks.count; i++)
     if (!track_check(s, &s->tracks.items[i], err)) return fail_track(s, i, seconds, err);
   for (size_t i = 0; i < s->models.count; i++) {
-    unsigned inner;
-    if (!scene_set_time(s->models.items[i].scene, seconds, &inner, err)) return false;
+    unsigned inner = 0;
+    Scene *model = s->models.items[i].scene;
+    if (!set_time(model, clip ? clip : model->timeline.clip, false, seconds, &inner, err)) return false;
     if (inner & MOVED_WORLD) *moved |= MOVED_WORLD;
   }
   return true;
+}
+
+bool scene_set_time(Scene *s, double seconds, unsigned *moved, Err *err)
+{
+  unsigned ignored;
+  if (!moved) moved = &ignored;
+  *moved = 0;
+  return set_time(s, s->timeline.clip, s->rig || !s->models.count, seconds, moved, err);
 }
 
 static void extend(double *start, double *end, double a, double b)
@@ -453,6 +461,8 @@ static bool own_range(const Scene *s, double *start, double *end)
     const Keys *k = s->tracks.items[i].fields.keys;
     extend(start, end, (double)k->items[0].time, (double)k->items[k->count - 1].time);
   }
+  const RigClip *clip = s->rig ? rig_find_clip(s->rig, s->timeline.clip) : NULL;
+  if (clip) extend(start, end, (double)clip->start, (double)clip->end);
   for (size_t i = 0; i < s->models.count; i++) {
     double a, b;
     if (scene_time_range(s->models.items[i].scene, &a, &b)) extend(start, end, a, b);

@@ -22,6 +22,8 @@ typedef enum Moved {
 // moved (may be NULL) gets bits of Moved.
 bool scene_set_time(Scene *s, double seconds, unsigned *moved, Err *err);
 
+// Models inside scenes play the scene's clip where they have one of that name, else their first.
+
 // First and last moment of the timeline, or of all keys and clips. False: nothing moves.
 bool scene_time_range(const Scene *s, double *start, double *end);
 
