@@ -5,7 +5,7 @@
 
 #include "options.h"
 
-extern const Command command_render, command_merge, command_compare, command_info, command_validate, command_convert,
+extern const Command command_render, command_view, command_merge, command_compare, command_info, command_validate, command_convert,
     command_schema, command_trace, command_bench, command_manual, command_man, command_completion,
     command_help_page;
 

@@ -12,6 +12,7 @@
 
 const Command *const commands[] = {
     &command_render,
+    &command_view,
     &command_merge,
     &command_compare,
     &command_info,
@@ -73,6 +74,16 @@ static ExitCode print_version(void)
   const char *features = rf_features();
   const size_t n = strlen(features);
   printf("rayfold %s\n%s%s", program_version(version), features, n && features[n - 1] != '\n' ? "\n" : "");
+#if RAYFOLD_HAVE_SDL
+  puts("windows: SDL 2");
+#else
+  puts("windows: not in this build (install libsdl2-dev and build again)");
+#endif
+#if RAYFOLD_HAVE_STB_TRUETYPE
+  puts("text in windows: stb_truetype");
+#else
+  puts("text in windows: not in this build (install libstb-dev and build again)");
+#endif
   return stdout_finish("the version");
 }
 

@@ -3,9 +3,9 @@
 # nothing and returns at once. Arguments: "build" (default) or "test" for what the tests need besides.
 set -u
 needed="gcc libc6-dev cmake ninja-build pkg-config libjansson-dev"
-# Without one of these a picture format or compressed models are left out, and the rest works.
-optional="libpng-dev libturbojpeg0-dev libwebp-dev libopenexr-dev libstb-dev libmeshoptimizer-dev"
-[ "${1:-build}" = test ] && needed="$needed g++ clang $optional" optional=""
+# Without one of these a picture format, compressed models or the window is left out, and the rest works.
+optional="libpng-dev libturbojpeg0-dev libwebp-dev libopenexr-dev libstb-dev libmeshoptimizer-dev libsdl2-dev fonts-dejavu-core"
+[ "${1:-build}" = test ] && needed="$needed g++ clang xvfb $optional" optional=""
 
 missing() { # packages...: prints those that are not there, each with a space before it
   installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "$@" 2>/dev/null | sed -n 's/ installed$//p')

@@ -407,6 +407,7 @@ RF_API bool rf_image_convert(rf_engine *e, const char *from, const char *to, con
 typedef struct rf_live rf_live;
 
 typedef struct rf_live_def {
+  const rf_world *previous;  // of the scene in some earlier state, for the first world to share with; may be NULL
   bool stepped;              // no threads: all work is done in rf_live_step(). For tests and recordings
   void (*ready)(void *user); // there is a frame or a message; on a thread of the driver, so only wake yours. May be NULL
   void *user;

@@ -67,7 +67,8 @@ struct rf_live {
   bool is_message_new;
   char message[sizeof((Err *)0)->text];
   // ---------------------------------------
-  rf_scene *scene; // owned; by whoever has taken it
+  rf_scene *scene;    // owned; by whoever has taken it
+  rf_world *previous; // owned; for the first world to share with; NULL afterwards
   LiveSlot slots[3];
   // Of the frame thread alone:
   Live *live;
@@ -170,7 +171,11 @@ static bool prepare(rf_live *l, rf_scene *s, uint64_t edit, Err *err)
 {
   const double start = seconds_now();
   // Only this thread replaces l->world, so it may look at it without the mutex.
-  rf_world *w = api_prepare(s, l->world, &l->superseded, err);
+  rf_world *w = api_prepare(s, l->world ? l->world : l->previous, &l->superseded, err);
+  if (w) {
+    rf_world_destroy(l->previous);
+    l->previous = NULL;
+  }
   if (w) publish_world(l, w, edit, seconds_now() - start);
   return w;
 }
@@ -345,6 +350,7 @@ static rf_live *live_new(rf_scene *s, const rf_live_def *def, Err *err)
   l->is_stepped = def->stepped;
   l->ready_slot = 1;
   l->taken_slot = 2;
+  if (def->previous) l->previous = rf_world_share(def->previous, NULL);
   l->live = live_create(s->engine->jobs, s->engine->hot, err);
   if (!array_push(&l->edits, ((LiveEdit){.kind = LIVE_PREPARE}))) err_memory(err, "a live picture", 0);
   return l;
@@ -383,6 +389,7 @@ void rf_live_destroy(rf_live *l)
   live_destroy(l->live);
   world_release(l->shown);
   rf_world_destroy(l->world);
+  rf_world_destroy(l->previous);
   rf_scene_destroy(l->scene);
   for (int i = 0; i < 3; i++) live_frame_finish(&l->slots[i].frame);
   pthread_cond_destroy(&l->edit_wake);

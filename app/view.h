@@ -1,0 +1,153 @@
+// The viewer: what `rayfold view` holds while it runs, and the steps of which view.c makes its turns. Each step lies in
+// the file of its name; they share this struct and call downwards only: view.c, then view_script.c, view_input.c, the
+// rest.
+
+#ifndef RAYFOLD_APP_VIEW_H
+#define RAYFOLD_APP_VIEW_H
+
+#include "options.h"
+#include "view_eye.h"
+#include "view_screen.h"
+#include "view_text.h"
+
+#include <pthread.h>
+
+enum { MOST_ROWS = 14 };
+
+typedef struct Row { // a value that can be dragged
+  char label[24], path[160];
+  double value, low, high; // low == high: without bounds
+  int x, y, width, height; // where it was drawn last
+} Row;
+
+typedef struct Picked {
+  uint32_t object; // 1 + index in the scene; 0: nothing is picked
+  char name[64], material[64];
+  uint32_t triangle;
+  float distance;
+  rf_vec3 place;
+  Row rows[MOST_ROWS];
+  int row_count;
+  int dragged;  // row, -1
+  bool is_begun; // the drag has set a value already
+} Picked;
+
+typedef struct Note { // a line at the bottom of the window
+  char text[600];
+  double until; // by the viewer's clock
+  bool is_bad;
+} Note;
+
+typedef struct Loader { // opens files beside everything else
+  pthread_t thread;
+  bool is_running;
+  char path[1024];
+  pthread_mutex_t mutex; // guards what follows
+  bool is_done;
+  rf_scene *scene; // NULL: message says why
+  bool is_missing; // the file, or one that it names
+  char message[600];
+} Loader;
+
+typedef struct Shot { // a picture being rendered in the background
+  pthread_t thread;
+  bool is_running;
+  rf_engine *engine; // its own: its threads give way to all others
+  rf_world *world;
+  rf_eye eye;
+  rf_render_def render;
+  rf_develop_def develop;
+  int width, height;
+  char path[1024];
+  pthread_mutex_t mutex; // guards what follows
+  bool is_done;
+  double done; // 0..1
+  char message[600];
+} Shot;
+
+typedef struct Script Script;
+
+typedef struct View {
+  const Args *args;
+  const ScreenKind *kind;
+  Screen *screen;
+  rf_engine *engine;
+  rf_live *live; // NULL while the first scene loads
+  Font *font;
+  Script *script; // NULL: a person
+  char path[1024];
+  struct {
+    long long seconds, nanoseconds, size;
+  } stamp; // of the file as it was read or written last
+  double next_look; // at the file, by the clock
+  int width, height;
+  float scale;      // pixels a point
+  uint32_t *pixels; // owned: what is shown
+  rf_live_view wanted;
+  rf_develop_def develop; // of the scene; views of numbers are shown as they are
+  rf_live_frame frame;    // number 0: none yet
+  rf_world *world;        // the newest, for rays; NULL: ask when needed
+  rf_eye home;            // the scene's camera
+  Walker walker;
+  Picked picked;
+  Note note;
+  Loader loader;
+  Shot shot;
+  bool down[KEY_COUNT];
+  int mouse_x, mouse_y, press_x, press_y, button; // button held; 0: none
+  bool is_dragging, is_orbiting;
+  rf_vec3 centre; // of the orbit
+  bool shows_hud, shows_help;
+  bool is_dirty;  // what lies over the picture has changed
+  bool is_asked;  // the view has changed since rf_live_show()
+  bool is_over;
+  double clock;   // seconds; a script's own if there is one
+  double frames_a_second;
+  double last_frame; // when it came, by the clock
+  int shot_number;
+  ExitCode code;
+} View;
+
+// view_file.c: loading, reloading, saving
+void file_open(View *v, const char *path); // begins it; the old scene stays until it is done
+void file_step(View *v);                   // takes over what was loaded; looks whether the file has changed
+void file_save(View *v);
+void file_finish(View *v);
+bool scene_take(View *v, double seconds, rf_scene **out); // rf_live_borrow() with a note when it is busy
+
+// view_pick.c: the object under the mouse and its values
+void pick_at(View *v, int x, int y);
+void pick_refresh(View *v); // reads the values again
+void pick_clear(View *v);
+bool pick_press(View *v, int x, int y); // on a row of the panel?
+void pick_drag(View *v, int dx);
+rf_world *view_world(View *v);                            // for rays; may be NULL
+bool view_hit(View *v, int x, int y, rf_vec3 *place, rf_ray *ray, rf_hit *hit); // what the picture shows there
+
+// view_shot.c: pictures in full quality
+void shot_begin(View *v);
+void shot_step(View *v);
+void shot_finish(View *v);
+bool pixels_save(View *v, const uint32_t *pixels, int width, int height, const char *path);
+
+// view_hud.c: everything over the picture
+void hud_draw(View *v);
+
+// view_input.c: keys and mouse
+void input_event(View *v, const Event *e);
+Wish input_wish(View *v);
+bool input_key_line(int i, const char **key, const char **what); // for the help; false past the last
+void view_integrator(View *v, const char *name);
+
+// view_script.c: a script instead of a person
+Script *script_open(const char *path, ExitCode *code);
+void script_step(View *v); // the commands up to the next frame
+void script_finish(Script *s);
+
+// view.c
+void view_turn(View *v, double seconds);                              // moves the eye, asks for and shows a frame
+void view_show(View *v);                                              // composes and presents
+void note_say(View *v, bool is_bad, const char *format, ...) __attribute__((format(printf, 3, 4)));
+void note_library(View *v); // the library's last error
+
+#endif

@@ -1,0 +1,231 @@
+#!/bin/sh
+# `rayfold view` from outside: every interaction by script without a display, the same pictures every run, and one run in a
+# real window on a virtual display, which must show what the other saw. Usage: view.sh PATH/TO/rayfold
+set -u
+rayfold=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
+[ -x "$rayfold" ] || { echo "usage: view.sh PATH/TO/rayfold"; exit 1; }
+top=$(cd "$(dirname "$0")/.." && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+cp "$top/scenes/cornell.json" "$top/scenes/furnace.json" .
+checks=0
+failures=0
+failed() {
+  failures=$((failures + 1))
+  echo "FAIL: $*"
+  head -4 err
+}
+# play NAME [CODE [OPTION...]]: the script on stdin, without a display.
+play() {
+  name=$1 code=${2:-0}
+  shift
+  [ $# -gt 0 ] && shift
+  cat >"$name.script"
+  "$rayfold" view cornell.json --dummy --size "${size:-160x120}" --spp 2 --threads 2 --script "$name.script" "$@" >"$name.out" 2>err </dev/null
+  got=$?
+  [ -n "${VERBOSE:-}" ] && times
+  checks=$((checks + 1))
+  [ $got -eq "$code" ] || failed "$name: exit code $got, wanted $code"
+}
+has() { # PATTERN FILE
+  checks=$((checks + 1))
+  grep -q -e "$1" "$2" || failed "$2 lacks \"$1\""
+}
+
+# --- keys and mouse ---------------------------------------------------------------------------------
+cat >moves <<'S'
+settle
+expect samples 2
+expect view path
+hash
+down w
+frame 5
+up w
+hash
+mouse 80 60
+press left
+mouse 90 64
+mouse 100 70
+frame
+release left
+frame
+hash
+wheel 2
+press middle
+mouse 80 60
+mouse 70 50
+frame
+release middle
+frame
+hash
+key tab
+key f6
+settle
+expect view normal
+key v
+expect view depth
+resise 128 96 # a slip
+S
+sed '/^resise/d' moves >moves.good
+play moves 0 <moves.good
+play again 0 <moves.good
+checks=$((checks + 1))
+cmp -s moves.out again.out || failed "the same script gave other pictures"
+checks=$((checks + 1))
+[ "$(sort -u moves.out | wc -l)" -eq 4 ] || failed "moving changed nothing: $(tr '\n' ' ' <moves.out)"
+play slip 65 <moves
+has 'slip.script:.*no command "resise"' err
+
+play size <<'S'
+settle
+resize 128 96
+settle
+expect size 128 96
+save size.png
+S
+# --- picking, dragging, undo ------------------------------------------------------------------------
+play pick <<'S'
+settle
+mouse 80 112
+press left
+release left
+settle
+expect picked 'short box'
+key escape
+expect picked nothing
+S
+# The panel of a window wide enough: its first row drags the material's red.
+size=640x300
+play drag 0 --integrator albedo <<'S'
+settle
+mouse 320 280
+press left
+release left
+expect picked 'short box'
+frame
+expect value 'materials.white.albedo.0' 0.7295
+mouse 500 108
+press left
+frame
+mouse 480 108
+frame
+mouse 460 108
+frame
+release left
+settle
+expect value 'materials.white.albedo.0' 0.38
+key ctrl+z
+frame
+expect value 'materials.white.albedo.0' 0.7295
+key ctrl+y
+frame
+expect value 'materials.white.albedo.0' 0.38
+S
+size=
+# --- stored views, flights, saving ------------------------------------------------------------------
+play views 0 --integrator normal <<'S'
+settle
+key ctrl+1
+frame
+down w
+frame 10
+up w
+key ctrl+2
+frame
+key 1
+frame 150
+expect eye 0 1 5 0.001
+key p
+frame 250
+expect eye 0 1 4.86 0.01
+key ctrl+s
+frame
+expect note saved
+S
+has '"view1"' cornell.json
+has '"view2"' cornell.json
+cp "$top/scenes/cornell.json" .
+# --- on foot: gravity holds, walls stop -------------------------------------------------------------
+play walk 0 --integrator normal <<'S'
+settle
+down shift
+down w
+frame 76
+up w
+up shift
+key g
+down w
+frame 130
+up w
+expect eye -0.086 1 0.117 0.01
+S
+# --- pictures, files --------------------------------------------------------------------------------
+play shot <<'S'
+settle
+key f12
+frame
+expect note saved
+expect file cornell-001.png
+drop furnace.json
+frame
+settle
+expect note furnace
+drop nowhere.glb
+frame
+expect note nowhere.glb
+key l
+frame
+S
+"$rayfold" render cornell.json --size 160x120 --spp 2 -o offline.png --quiet 2>err || failed "render"
+checks=$((checks + 1))
+"$rayfold" compare offline.png cornell-001.png >/dev/null 2>err && cmp -s offline.png cornell-001.png ||
+  "$rayfold" compare offline.png cornell-001.png --most 1e-9 >/dev/null 2>err || failed "the screenshot is not what rendering gives"
+# A file that changes is opened again; a broken one leaves the picture.
+play reload <<'S'
+settle
+frame 40
+S
+# --- refusals ---------------------------------------------------------------------------------------
+for bad in "expect picked door" "expect samples 7" "expect value render.spp 9" "press nose" "key nose" "expect eye 9 9 9 0.1"; do
+  printf 'settle\n%s\n' "$bad" | play refused 65
+  has 'refused.script:2: ' err
+done
+"$rayfold" view cornell.json --dummy >out 2>err
+[ $? -eq 64 ] || failed "--dummy without a script"
+"$rayfold" view nowhere.json --dummy --script moves.good >out 2>err
+[ $? -eq 66 ] || failed "a scene that is not there"
+"$rayfold" view cornell.json --dummy --script nowhere.script >out 2>err
+[ $? -eq 66 ] || failed "a script that is not there"
+
+# --- a real window ----------------------------------------------------------------------------------
+window() {
+  command -v Xvfb >/dev/null || { echo "no Xvfb: the window itself is not tested"; return; }
+  "$rayfold" --version | grep -q '^windows: SDL' || { echo "no SDL in this build: the window itself is not tested"; return; }
+  display=
+  for n in 91 92 93 94 95; do
+    [ -e /tmp/.X11-unix/X$n ] && continue
+    Xvfb :$n -screen 0 800x600x24 -nolisten tcp >xvfb.log 2>&1 &
+    xvfb=$!
+    display=:$n
+    break
+  done
+  [ -n "$display" ] || { echo "no free display: the window itself is not tested"; return; }
+  i=0
+  while [ ! -e "/tmp/.X11-unix/X${display#:}" ] && [ $i -lt 100 ]; do sleep 0.1; i=$((i + 1)); done
+  printf 'settle\nkey f1\nframe\nhash\nsave window.png\n' >window.script
+  DISPLAY=$display SDL_RENDER_DRIVER=software "$rayfold" view cornell.json --size 320x240 --spp 2 --script window.script >window.out 2>err </dev/null
+  checks=$((checks + 1))
+  [ $? -eq 0 ] || failed "in a window"
+  kill $xvfb
+  wait $xvfb 2>/dev/null
+  cp window.png window.real.png
+  "$rayfold" view cornell.json --dummy --size 320x240 --spp 2 --script window.script >dummy.out 2>err </dev/null
+  checks=$((checks + 2))
+  cmp -s window.out dummy.out || failed "the window's frames are others: $(cat window.out) and $(cat dummy.out)"
+  cmp -s window.png window.real.png || failed "the window shows something else than was drawn"
+}
+window
+
+echo "$checks checks, $failures failed"
+[ $failures -eq 0 ]
