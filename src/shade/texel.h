@@ -45,9 +45,19 @@ typedef struct Texel {
   float alpha;
 } Texel;
 
+// The usual picture, without asking for its type at every channel.
+static inline Texel texel_of_bytes(const uint8_t *p, bool has_alpha, bool is_srgb)
+{
+  const Vec3 rgb = is_srgb ? v3(srgb_from_u8[p[0]], srgb_from_u8[p[1]], srgb_from_u8[p[2]])
+                           : v3((float)p[0], (float)p[1], (float)p[2]) / 255;
+  return (Texel){rgb, has_alpha ? (float)p[3] / 255 : 1};
+}
+
 static inline Texel texel_get(const Image *img, uint32_t x, uint32_t y, bool is_srgb)
 {
   const size_t at = ((size_t)y * img->width + x) * img->channels;
+  if (img->type == PIXEL_U8 && img->channels >= 3)
+    return texel_of_bytes((const uint8_t *)img->pixels + at, img->channels == 4, is_srgb);
   const float r = texel_channel(img, at, is_srgb);
   const bool has_alpha = img->channels == 2 || img->channels == 4;
   const float alpha = has_alpha ? texel_channel(img, at + img->channels - 1, false) : 1;
