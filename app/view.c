@@ -11,6 +11,7 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #define TURN_SECONDS 0.008 // between two turns while something moves: half a frame at 60 Hz, so that none is missed
 #define IDLE_SECONDS 0.5   // the longest sleep: the scene's file may have changed
@@ -20,7 +21,7 @@ static const Option view_options[] = {
     {.name = "camera", .kind = OPTION_TEXT, .argument = "NAME", .initial = "the main one",
      .sentence = "Which of the scene's cameras to begin at."},
     {.name = "integrator", .kind = OPTION_TEXT, .argument = "NAME", .initial = "as the scene says", .path = "render.integrator",
-     .sentence = "path, or a view of the scene: normal, depth, albedo, uv, id, bary, cost."},
+     .sentence = "path or classic, or a view of the scene: normal, depth, albedo, uv, id, bary, cost."},
     {.name = "spp", .kind = OPTION_INTEGER, .argument = "N", .initial = "as the scene says", .path = "render.spp",
      .sentence = "Samples a pixel at which a still picture is finished."},
     {.name = "frame-time", .kind = OPTION_REAL, .argument = "MS", .initial = "16", .low = 1, .high = 1000,
@@ -39,6 +40,9 @@ static const Option view_options[] = {
      .sentence = "Change a field of the scene, as materials.gold.roughness=0.3."},
     {.name = "script", .kind = OPTION_FILE, .argument = "FILE",
      .sentence = "Take keys and mouse from FILE instead of a person; see below."},
+    {.name = "stats", .kind = OPTION_FLAG,
+     .sentence = "On leaving, print a line: seconds to the first picture, frames a second and share of pixels rendered while "
+                 "something moved, and processor seconds."},
     {.name = "dummy", .kind = OPTION_FLAG, .sentence = "No window: for scripts where there is no display."},
     OPTION_ALLOW_OUTSIDE,
     OPTION_CACHE,
@@ -70,11 +74,17 @@ static void take_frame(View *v)
   if (!v->live || !rf_live_take(v->live, &v->frame)) return;
   v->is_dirty = true;
   const double took = v->clock - v->last_frame;
+  if (v->frame.is_moving && took > 0 && took < 0.5) {
+    v->moving_frames++;
+    v->moving_seconds += took;
+    v->moving_pixels += (double)v->frame.render_width * v->frame.render_height / ((double)v->frame.width * v->frame.height);
+  }
   if (took > 0 && took < 0.5) v->frames_a_second += 0.15 * (1 / took - v->frames_a_second);
   v->last_frame = v->clock;
   if (v->frame.edit == edit && v->world) return;
   rf_world_destroy(v->world); // rays should meet what is seen
   v->world = NULL;
+  if (v->frame.edit != edit) pick_refresh(v);
 }
 
 static void ask(View *v)
@@ -135,6 +145,7 @@ void view_show(View *v)
   hud_draw(v);
   v->kind->show(v->screen, v->pixels, v->width, v->height);
   v->is_dirty = false;
+  if (v->first_picture <= 0 && v->frame.number) v->first_picture = seconds_now();
 }
 
 // --- a person's turns -----------------------------------------------------------------------------
@@ -241,11 +252,21 @@ static void begin(View *v)
   v->clock = v->script ? 0 : seconds_now();
 }
 
+static void print_stats(const View *v)
+{
+  if (!args_has(v->args, "stats")) return;
+  printf("first %.3f fps %.1f pixels %.3f cpu %.2f\n", v->first_picture > 0 ? v->first_picture - v->begun : 0,
+         v->moving_seconds > 0 ? (double)v->moving_frames / v->moving_seconds : 0,
+         v->moving_frames ? v->moving_pixels / (double)v->moving_frames : 0, (double)clock() / CLOCKS_PER_SEC);
+}
+
 static ExitCode run_view(const Args *args)
 {
+  const double begun = seconds_now();
   View *v = calloc(1, sizeof *v);
   if (!v) return fail(EXIT_INTERNAL, "not enough memory");
   v->args = args;
+  v->begun = begun;
   pthread_mutex_init(&v->loader.mutex, NULL);
   pthread_mutex_init(&v->shot.mutex, NULL);
   v->code = read_size(v);
@@ -259,6 +280,7 @@ static ExitCode run_view(const Args *args)
       run_script(v);
     else
       run_person(v);
+    print_stats(v);
   }
   if (v->engine) file_finish(v);
   shot_finish(v);
@@ -287,7 +309,7 @@ const Command command_view = {
             "every time.\n"
             "frame N: go on N frames. settle: until the picture is finished. key K, down K, up K: a key, as w, f1, ctrl+z, "
             "space. mouse X Y; press B, release B: left, middle or right. wheel N. resize W H. drop FILE. save FILE: what "
-            "is shown, as a picture. hash: prints that of what is shown. quit.\n"
+            "is shown, as a picture. hash: prints that of what is shown. copy FROM TO: a file over another. quit.\n"
             "expect picked NAME, value PATH JSON, note TEXT, view NAME, samples N, size W H, file PATH, eye X Y Z NEAR: "
             "ends with code 65 and a message where it is otherwise.",
     .example = "rayfold view scenes/showcase.json",

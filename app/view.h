@@ -105,6 +105,9 @@ typedef struct View {
   double frames_a_second;
   double last_frame; // when it came, by the clock
   int shot_number;
+  double begun, first_picture; // by the machine's clock: of the program and of its first frame on show; 0: not yet
+  long moving_frames;
+  double moving_seconds, moving_pixels; // together: what they took from one to the next, what part was rendered
   ExitCode code;
 } View;
 

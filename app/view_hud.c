@@ -138,7 +138,7 @@ static void figure(Canvas *c, const View *v, float x, float *y, const char *labe
 static void draw_figures(Canvas *c, const View *v)
 {
   const rf_live_frame *f = &v->frame;
-  const float s = v->scale, x = MARGIN * s, width = 232 * s;
+  const float s = v->scale, x = MARGIN * s, width = 244 * s;
   float y = MARGIN * s;
   char text[80];
   panel(c, x, y, width, (2 * PAD + 26 + 4 * LINE + 6) * s, s);
@@ -166,12 +166,13 @@ static void draw_figures(Canvas *c, const View *v)
   const double rays = is_timed && f->render_seconds > 0 ? (double)f->rays / f->render_seconds * 1e-6 : 0;
   snprintf(text, sizeof text, is_timed ? "%.1f million/s" : "–", rays);
   figure(c, v, left, &y, "rays", text);
+  const double longest = fmax(f->render_seconds, f->denoise_seconds);
   if (is_timed)
-    snprintf(text, sizeof text, "%.1f + %.1f + %.1f ms", 1e3 * f->render_seconds, 1e3 * f->denoise_seconds,
-             1e3 * f->show_seconds);
+    snprintf(text, sizeof text, longest < 0.1 ? "%.1f + %.1f + %.1f ms" : "%.0f + %.0f + %.0f ms",
+             1e3 * f->render_seconds, 1e3 * f->denoise_seconds, 1e3 * f->show_seconds);
   else
     snprintf(text, sizeof text, "–");
-  figure(c, v, left, &y, "trace+clean", text);
+  figure(c, v, left, &y, "frame", text);
 }
 
 // --- keys and notes -------------------------------------------------------------------------------

@@ -15,15 +15,16 @@ typedef struct Action {
 } Action;
 
 // --- views ----------------------------------------------------------------------------------------
-static const char *const integrators[] = {"path", "normal", "depth", "albedo", "uv", "id", "bary", "cost"};
+static const char *const integrators[] = {"path", "classic", "normal", "depth", "albedo", "uv", "id", "bary", "cost"};
 enum { INTEGRATOR_COUNT = sizeof integrators / sizeof *integrators };
 
 // Pictures of numbers are shown as they are, whatever the scene's curve.
 void view_integrator(View *v, const char *name)
 {
+  const bool is_light = !strcmp(name, "path") || !strcmp(name, "classic");
   v->wanted.render.integrator = name;
   v->wanted.develop = v->develop;
-  if (strcmp(name, "path")) {
+  if (!is_light) {
     v->wanted.develop.tone_curve = "linear";
     v->wanted.develop.exposure = 0;
     v->wanted.develop.gamma = 1;
@@ -248,7 +249,7 @@ static const Action actions[] = {
     {'l', 0, "L", "first light to where I am", light_to_eye},
     {'[', 0, "[ ]", "darker, brighter", change_exposure},
     {']', 0, NULL, NULL, change_exposure},
-    {'v', 0, "V", "next view; shift: the one before", next_view},
+    {'v', 0, "V", "next integrator; shift: the one before", next_view},
     {KEY_F1 + 4, 0, "F5 ... F10", "path normal depth albedo id cost", show_view},
     {'n', 0, "N", "denoiser on and off", toggle_denoise},
     {'t', 0, "T", "frames help the next, on and off", toggle_trail},
@@ -379,7 +380,11 @@ void input_event(View *v, const Event *e)
   case EVENT_RELEASE: release(v, e); return;
   case EVENT_MOVE: move_mouse(v, e); return;
   case EVENT_WHEEL: turn_wheel(v, e); return;
-  case EVENT_RESIZE: v->is_dirty = v->is_asked = true; return; // view_show() asks the screen for its size
+  case EVENT_RESIZE:
+    v->width = e->x;
+    v->height = e->y;
+    v->is_dirty = v->is_asked = true;
+    return;
   case EVENT_DROP: file_open(v, e->path); return;
   }
 }

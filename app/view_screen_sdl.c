@@ -169,7 +169,7 @@ static bool translate(Screen *s, const SDL_Event *e, Event *out)
 static bool sdl_next(Screen *s, double seconds, Event *out)
 {
   SDL_Event e;
-  if (!SDL_WasInit(SDL_INIT_GAMECONTROLLER)) SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER); // after the first picture
+  if (!SDL_WasInit(SDL_INIT_GAMECONTROLLER)) SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER); // while the scene loads
   while (seconds > 0 ? SDL_WaitEventTimeout(&e, 1 + (int)(seconds * 1000)) : SDL_PollEvent(&e)) {
     if (translate(s, &e, out)) return true;
     seconds = 0;

@@ -131,6 +131,17 @@ static void do_save(View *v, const Words *w)
   free(pixels);
 }
 
+// As an editor would write it: the viewer should see that its file has changed.
+static void do_copy(View *v, const Words *w)
+{
+  char block[4096];
+  FILE *from = fopen(w->word[1], "rb"), *to = from ? fopen(w->word[2], "wb") : NULL;
+  if (!to) bad(v, "%s cannot be copied to %s", w->word[1], w->word[2]);
+  for (size_t n; to && (n = fread(block, 1, sizeof block, from)) > 0;) fwrite(block, 1, n, to);
+  if (from) fclose(from);
+  if (to) fclose(to);
+}
+
 static void do_hash(View *v)
 {
   uint64_t h = 14695981039346656037u; // FNV-1a
@@ -215,16 +226,16 @@ static void run(View *v, const Words *w)
   } else if (!strcmp(c, "mouse") || !strcmp(c, "press") || !strcmp(c, "release") || !strcmp(c, "wheel")) {
     do_mouse(v, w);
   } else if (!strcmp(c, "resize") && w->count == 3) {
-    v->width = (int)number(w, 1);
-    v->height = (int)number(w, 2);
-    if (v->width < 16 || v->height < 16 || v->width > 8192 || v->height > 8192) return bad(v, "resize W H: 16 to 8192 each");
-    e.kind = EVENT_RESIZE;
+    e = (Event){.kind = EVENT_RESIZE, .x = (int)number(w, 1), .y = (int)number(w, 2)};
+    if (e.x < 16 || e.y < 16 || e.x > 8192 || e.y > 8192) return bad(v, "resize W H: 16 to 8192 each");
     input_event(v, &e);
   } else if (!strcmp(c, "drop") && w->count == 2) {
     snprintf(e.path, sizeof e.path, "%s", w->word[1]);
     input_event(v, &e);
   } else if (!strcmp(c, "save") && w->count == 2) {
     do_save(v, w);
+  } else if (!strcmp(c, "copy") && w->count == 3) {
+    do_copy(v, w);
   } else if (!strcmp(c, "hash")) {
     do_hash(v);
   } else if (!strcmp(c, "expect")) {

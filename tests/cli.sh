@@ -74,7 +74,7 @@ options_of() { # command, options
   done
 }
 options_of render "$render_options"
-options_of view "size camera integrator spp frame-time step no-denoise no-hud font threads isa set script dummy
+options_of view "size camera integrator spp frame-time step no-denoise no-hud font threads isa set script dummy stats
   allow-outside cache help"
 options_of convert "$convert_options"
 options_of trace "threads api repeat time build compact isa label output help"

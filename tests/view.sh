@@ -181,14 +181,35 @@ S
 checks=$((checks + 1))
 "$rayfold" compare offline.png cornell-001.png >/dev/null 2>err && cmp -s offline.png cornell-001.png ||
   "$rayfold" compare offline.png cornell-001.png --most 1e-9 >/dev/null 2>err || failed "the screenshot is not what rendering gives"
-# A file that changes is opened again; a broken one leaves the picture.
-play reload <<'S'
+# A file that changes is opened again, with all that was equal kept; a broken one leaves the picture and says why.
+sed 's/"albedo": \[[^]]*\]/"albedo": [0.2, 0.4, 0.8]/' cornell.json >blue.json
+echo '{ "rayfold": 1, "camera": { "fovv": 3 } }' >broken.json
+cp cornell.json kept.json
+play reload 0 --integrator albedo <<'S'
 settle
+hash
+copy blue.json cornell.json
 frame 40
+expect note opened
+settle
+hash
+copy broken.json cornell.json
+frame 40
+expect note fovv
+settle
+key f5
+copy kept.json cornell.json
+frame 40
+key f8
+settle
+hash
 S
+checks=$((checks + 1))
+[ "$(sed -n 1p reload.out)" != "$(sed -n 2p reload.out)" ] || failed "the changed file looks as before"
 # --- refusals ---------------------------------------------------------------------------------------
 for bad in "expect picked door" "expect samples 7" "expect value render.spp 9" "press nose" "key nose" "expect eye 9 9 9 0.1"; do
-  printf 'settle\n%s\n' "$bad" | play refused 65
+  printf 'settle\n%s\n' "$bad" >refused
+  play refused 65 <refused
   has 'refused.script:2: ' err
 done
 "$rayfold" view cornell.json --dummy >out 2>err
