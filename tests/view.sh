@@ -235,7 +235,7 @@ window() {
   i=0
   while [ ! -e "/tmp/.X11-unix/X${display#:}" ] && [ $i -lt 100 ]; do sleep 0.1; i=$((i + 1)); done
   printf 'settle\nkey f1\nframe\nhash\nsave window.png\n' >window.script
-  DISPLAY=$display SDL_RENDER_DRIVER=software "$rayfold" view cornell.json --size 320x240 --spp 2 --script window.script >window.out 2>err </dev/null
+  DISPLAY=$display "$rayfold" view cornell.json --size 320x240 --spp 2 --script window.script >window.out 2>err </dev/null
   checks=$((checks + 1))
   [ $? -eq 0 ] || failed "in a window"
   kill $xvfb
