@@ -41,6 +41,7 @@ static const char sample_scene[] =
     "    \"my mat\": { \"kind\": \"lambert\", \"albedo\": \"#f80\", \"albedo_texture\": \"w\\u00f6od\" },\n"
     "    \"a.b\\\"c\": { \"kind\": \"glass\", \"ior\": 1.33 }\n"
     "  },\n"
+    "  \"media\": { \"fog\": { \"kind\": \"homogeneous\", \"density\": 0.5, \"anisotropy\": 0.3 } },\n"
     "  \"lights\": [ { \"name\": \"lamp\", \"kind\": \"rect\", \"size\": [0.5, 0.25], \"radiance\": 20 },\n"
     "              { \"kind\": \"sun\", \"direction\": [1, 2, 1] } ]\n"
     "}\n";

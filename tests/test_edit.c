@@ -257,6 +257,7 @@ static void random_value(const Field *f, char out[300])
     return;
   case FIELD_texture: strcpy(out, next_random() & 1 ? "\"tiles\"" : "null"); return;
   case FIELD_material: strcpy(out, next_random() & 1 ? "\"my mat\"" : "null"); return;
+  case FIELD_medium: strcpy(out, next_random() & 1 ? "\"fog\"" : "null"); return;
   case FIELD_choice:
     while (choice_name(f, count, name)) count++;
     choice_name(f, (int32_t)(next_random() % (uint32_t)count), name);
@@ -285,7 +286,7 @@ TEST(every_field_of_every_kind_is_set_and_got_back)
 {
   static const char *const paths[SECTION_COUNT] = {"render",      "develop",   "camera",
                                                    "cameras.t",   "sky",       "textures.t",
-                                                   "materials.t", "objects.t", "lights.t",
+                                                   "materials.t", "media.t",   "objects.t", "lights.t",
                                                    "timeline",    "animation.t"};
   Scene *s = load_sample();
   int fields = 0;

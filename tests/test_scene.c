@@ -123,6 +123,9 @@ static void put_random(Scene *s, const Field *f, void *at)
   case FIELD_material:
     *(int32_t *)at = (int32_t)(next_random() % (uint32_t)(s->materials.count + 1)) - 1;
     return;
+  case FIELD_medium:
+    *(int32_t *)at = (int32_t)(next_random() % (uint32_t)(s->media.count + 1)) - 1;
+    return;
   case FIELD_real:
   case FIELD_color:
   case FIELD_vec2:
@@ -156,6 +159,8 @@ static void add_random(Scene *s)
     if (k == MATERIAL_MIX && s->materials.items[i].mix.first == i) s->materials.items[i].mix.first = -1;
     if (k == MATERIAL_MIX && s->materials.items[i].mix.second == i) s->materials.items[i].mix.second = -1;
   }
+  for (int k = 0; k < 1; k++)
+    if ((i = scene_add_medium(s, (MediumKind)k, NULL)) >= 0) randomise(s, &group_medium, &s->media.items[i]);
   for (int k = 0; k < 3; k++)
     if ((i = scene_add_camera(s, (CameraKind)k, NULL)) >= 0)
       randomise(s, &group_camera, &s->cameras.items[i]);
@@ -165,6 +170,7 @@ static void add_random(Scene *s)
     if ((i = scene_add_object(s, (ShapeKind)k, "o")) < 0) continue;
     randomise(s, &group_object, &s->objects.items[i]);
     randomise(s, &group_shape, &s->objects.items[i].shape);
+    if (k == SHAPE_QUAD || k == SHAPE_DISK) s->objects.items[i].common.medium = -1; // only closed ones have an inside
   }
 }
 
@@ -376,7 +382,7 @@ static void refuse_values(const Section *c, const Kind *k, bool in_nested, const
   }
   const bool may_be_null =
       is_text || f->type == FIELD_matrix || f->type == FIELD_texture ||
-      f->type == FIELD_material || f->type == FIELD_object;
+      f->type == FIELD_material || f->type == FIELD_medium || f->type == FIELD_object;
   if (!may_be_null) check_value_refused(c, k, in_nested, f, "null", false);
   if (!is_number && !is_three && f->type != FIELD_vec2 && f->type != FIELD_size) return;
   const int count = is_number ? 1 : f->type == FIELD_vec2 || f->type == FIELD_size ? 2 : 3;

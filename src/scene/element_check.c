@@ -23,8 +23,9 @@ static bool check_camera(const Camera *c, const char **field, Err *err)
   return true;
 }
 
-static bool check_object(const ObjectCommon *o, const char **field, Err *err)
+static bool check_object(const Object *object, const char **field, Err *err)
 {
+  const ObjectCommon *o = &object->common;
   bool is_matrix = false, is_moved = false;
   for (int i = 0; i < 12; i++) is_matrix |= o->matrix[i] != 0;
   for (int i = 0; i < 3; i++) is_moved |= o->translate[i] != 0 || o->rotate[i] != 0 || o->scale[i] != 1;
@@ -42,6 +43,9 @@ static bool check_object(const ObjectCommon *o, const char **field, Err *err)
   if (d == 0 || !isfinite(d) || !isfinite(1 / d))
     return err_set(err, ERR_BAD_SCENE,
                    "%s makes the object flat, or too small or large for the numbers of the engine", *field);
+  *field = "medium";
+  if (o->medium >= 0 && (object->shape.kind == SHAPE_QUAD || object->shape.kind == SHAPE_DISK))
+    return err_set(err, ERR_BAD_SCENE, "a flat shape has no inside that a medium could fill; take a sphere, a box or a mesh");
   return true;
 }
 
@@ -106,7 +110,7 @@ bool element_check(const Group *g, const void *element, const char **field, Err 
   if (!field) field = &ignored;
   *field = NULL;
   if (g == &group_camera || g == &group_cameras) return check_camera(element, field, err);
-  if (g == &group_object) return check_object(&((const Object *)element)->common, field, err);
+  if (g == &group_object) return check_object(element, field, err);
   if (g == &group_shape) return check_shape(element, field, err);
   if (g == &group_material) return check_material(element, field, err);
   if (g == &group_light) return check_light(element, field, err);

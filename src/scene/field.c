@@ -14,7 +14,8 @@ static void set_default(const Field *f, void *object)
   case FIELD_choice:
   case FIELD_texture:
   case FIELD_object:
-  case FIELD_material: *(int32_t *)at = (int32_t)f->number[0]; return;
+  case FIELD_material:
+  case FIELD_medium: *(int32_t *)at = (int32_t)f->number[0]; return;
   case FIELD_color:
   case FIELD_vec3:
     for (int i = 0; i < 3; i++) ((float *)at)[i] = (float)f->number[i];

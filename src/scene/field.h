@@ -34,6 +34,7 @@ typedef enum FieldType {
   FIELD_material, // int32_t, index of a material in the same scene, -1 none; in files its name
   FIELD_path,     // const char *, the path of a field as edits name it; NULL means none
   FIELD_keys,     // const Keys *, owned by the scene's arena (scene/track.h); NULL means none
+  FIELD_medium,   // int32_t, index of a medium in the same scene, -1 none; in files its name
 } FieldType;
 
 typedef struct Field {
@@ -63,6 +64,7 @@ typedef struct Field {
 #define FIELD_C_object(n)   int32_t n;
 #define FIELD_C_path(n)     const char *n;
 #define FIELD_C_keys(n)     const struct Keys *n;
+#define FIELD_C_medium(n)   int32_t n;
 
 #define FIELD_UNPAREN(...)  __VA_ARGS__
 #define FIELD_D_real(d)     .number = {d}
@@ -81,6 +83,7 @@ typedef struct Field {
 #define FIELD_D_object(d)   .number = {d}
 #define FIELD_D_path(d)     .text = d
 #define FIELD_D_keys(d)     .number = {0}
+#define FIELD_D_medium(d)   .number = {d}
 
 #define FIELD_MEMBER(type, name, dflt, lo, hi, unit, sentence) FIELD_C_##type(name)
 #define FIELD_ROW(type_, name_, dflt, lo, hi, unit_, sentence_)                             \

@@ -87,6 +87,9 @@ static const Field studio_fields[] = {STUDIO_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER Mix
 static const Field mix_fields[] = {MIX_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER MediumCommon
+static const Field medium_fields[] = {MEDIUM_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER ObjectCommon
 static const Field object_fields[] = {OBJECT_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -183,6 +186,9 @@ static const Kind material_kinds[] = {
     KIND("studio", studio_fields, "The sliders of the first studio, by their names; each is monotone over its range."),
     KIND("mix", mix_fields, "Two other materials, each in part."),
 };
+static const Kind medium_kinds[] = {
+    {"homogeneous", NULL, 0, "The same everywhere."},
+};
 static const Kind object_kinds[] = {{"object", NULL, 0, ""}};
 static const Kind shape_kinds[] = {
     KIND("mesh", shape_mesh_fields, "Triangles from a file, or given as positions, triangles, normals and texcoords."),
@@ -233,6 +239,9 @@ const Group group_texture = {"textures", "texture", sizeof(Texture), .has_name =
 const Group group_material = {"materials", "material", sizeof(Material), .has_name = true,
                               KINDS(material_kinds, pbr, Material),
                               .sentence = "What surfaces are made of, by name."};
+const Group group_medium = {"media", "medium", sizeof(Medium), .has_name = true,
+                            FIELDS(medium_fields, common, Medium), KINDS(medium_kinds, homogeneous, Medium),
+                            .sentence = "What fills space: fog, smoke, clouds, by name. See docs/media.md."};
 const Group group_shape = {"shape", "shape", sizeof(Shape), KINDS(shape_kinds, mesh, Shape),
                            .sentence = "An object's form."};
 const Group group_object = {"objects", "object", sizeof(Object), .has_name = true,
@@ -248,6 +257,7 @@ const Group group_track = {"animation", "track", sizeof(Track), .has_name = true
                            .sentence = "A list of tracks: what moves, and how."};
 
 _Static_assert(!offsetof(Camera, name) && !offsetof(Texture, name) && !offsetof(Material, name) &&
+                   !offsetof(Medium, name) &&
                    !offsetof(Object, name) && !offsetof(Light, name) &&
                    !offsetof(Track, name),
                "has_name means that the name comes first");

@@ -36,7 +36,7 @@ struct Group {
 };
 
 extern const Group group_render, group_develop, group_camera, group_cameras, group_sky, group_texture, group_material,
-    group_object, group_shape, group_light, group_timeline, group_track;
+    group_medium, group_object, group_shape, group_light, group_timeline, group_track;
 
 // Sets kind and all fields to their defaults, the nested group to its kind 0; everything else in the struct is
 // cleared, and indices of bulk data are -1.
@@ -84,7 +84,7 @@ typedef struct Section {
   size_t given_offset;
 } Section;
 
-enum { SECTION_COUNT = 11 };
+enum { SECTION_COUNT = 12 };
 extern const Section scene_sections[SECTION_COUNT]; // in the order of the scene file
 
 const Section *section_find(const char *name); // NULL: none of that name

@@ -121,6 +121,7 @@ static void put_type(Text *out, const Field *f)
   case FIELD_material: text_add(out, "material"); return;
   case FIELD_path: text_add(out, "path"); return;
   case FIELD_keys: text_add(out, "keys"); return;
+  case FIELD_medium: text_add(out, "medium"); return;
   case FIELD_choice:
     for (int32_t i = 0; choice_name(f, i, name); i++) text_add(out, "%s`%s`", i ? ", " : "", name);
     return;

@@ -161,6 +161,7 @@ void scene_destroy(Scene *s)
   array_finish(&s->cameras);
   array_finish(&s->textures);
   array_finish(&s->materials);
+  array_finish(&s->media);
   array_finish(&s->meshes);
   array_finish(&s->models);
   array_finish(&s->objects);
@@ -205,6 +206,15 @@ int32_t scene_add_material(Scene *s, MaterialKind kind, const char *name)
   m.name = section_free_name(s, section_of(&group_material), name);
   if (!m.name || is_full(s->materials.count) || !array_push(&s->materials, m)) return -1;
   return (int32_t)s->materials.count - 1;
+}
+
+int32_t scene_add_medium(Scene *s, MediumKind kind, const char *name)
+{
+  Medium m;
+  group_default(&group_medium, (int32_t)kind, &m);
+  m.name = section_free_name(s, section_of(&group_medium), name);
+  if (!m.name || is_full(s->media.count) || !array_push(&s->media, m)) return -1;
+  return (int32_t)s->media.count - 1;
 }
 
 int32_t scene_add_camera(Scene *s, CameraKind kind, const char *name)

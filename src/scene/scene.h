@@ -3,7 +3,7 @@
 //
 //   Scene
 //     render, develop, sky, camera     one each
-//     cameras[] textures[] materials[] objects[] lights[]
+//     cameras[] textures[] materials[] media[] objects[] lights[]
 //     timeline, animation[]            when, and the tracks that move all of the above
 //     models[]   files that objects refer to, each a Scene of its own, loaded once
 //     meshes[]   bulk geometry, immutable and counted, shared with worlds
@@ -42,6 +42,7 @@
   F(flag,    compact, 0, 0, 1, "", "Keep meshes' trees in an eighth of the memory; same picture, slower.")              \
   F(choice,  tree, 0, 0, 0, "fast|best", "How search trees are built: `best` takes 2 to 7 times as long and pays off in rooms seen with many samples.") \
   F(integer, motion_steps, 16, 1, 64, "", "Moments that the camera's open shutter is cut into, each with a world of its own; `spp` should be a multiple.") \
+  F(medium,  atmosphere, -1, 0, 0, "", "A homogeneous medium that fills all space, for lamps to shine in; no light of sky or sun comes through.") \
   F(choice,  denoise, 0, 0, 0, "off|fast|good|best", "How to take the noise out of the finished picture: our own filter, or a small or a full neural network.")
 FIELD_STRUCT(RenderSettings, RENDER_FIELDS);
 typedef enum { INTEGRATOR_PATH, INTEGRATOR_NORMAL, INTEGRATOR_DEPTH, INTEGRATOR_ALBEDO, INTEGRATOR_UV,
@@ -370,6 +371,28 @@ typedef struct Material {
   };
 } Material;
 
+// --- media --------------------------------------------------------------------------------------
+// Light is scattered and absorbed by the length of its way: the chance a metre is density times scattering or absorption.
+#define MEDIUM_FIELDS(F)                                                                                            \
+  F(real,  density, 1, 0, NO_LIMIT, "", "Multiplies scattering, absorption and emission.")                          \
+  F(color, scattering, (1, 1, 1), 0, NO_LIMIT, "1/m", "Scattering coefficient: light turned aside.")                \
+  F(color, absorption, (0, 0, 0), 0, NO_LIMIT, "1/m", "Absorption coefficient: light lost.")                        \
+  F(color, emission, (0, 0, 0), 0, NO_LIMIT, "W/m3sr", "Radiance that a metre adds.")                               \
+  F(real,  anisotropy, 0, -0.99, 0.99, "", "Mean cosine g of scattering (Henyey-Greenstein): 0 all ways alike, above it forward.") \
+  F(real,  second_anisotropy, 0, -0.99, 0.99, "", "The same of a second lobe.")                                     \
+  F(real,  second_part, 0, 0, 1, "", "Part of the light that goes by the second lobe.")
+FIELD_STRUCT(MediumCommon, MEDIUM_FIELDS);
+
+typedef enum MediumKind { MEDIUM_HOMOGENEOUS } MediumKind;
+typedef struct Medium {
+  const char *name;
+  int32_t kind; // MediumKind
+  MediumCommon common;
+  union {
+    char homogeneous; // has no fields of its own
+  };
+} Medium;
+
 // --- meshes: bulk data --------------------------------------------------------------------------
 // Immutable once it is in a scene; counted, so that scenes and worlds share it. All arrays owned (mem_alloc), or all
 // of them bytes of `file`, which must not be written to. Any but positions and triangles may be NULL. Moved vertices
@@ -410,6 +433,7 @@ typedef struct Mesh {
 // --- objects ------------------------------------------------------------------------------------
 #define OBJECT_FIELDS(F)                                                                                            \
   F(material, material, -1, 0, 0, "", "Overrides the materials of the shape's file; none: a grey pbr, or the file's own.") \
+  F(medium, medium, -1, 0, 0, "", "What fills it; it must be closed. Without a material of its own the object then has no surface.") \
   F(vec3,   translate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "Moved by this, last.")                                 \
   F(vec3,   rotate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "deg", "Turned about x, then y, then z, after scaling.")        \
   F(vec3,   scale, (1, 1, 1), -NO_LIMIT, NO_LIMIT, "", "Sized first.")                                              \
@@ -598,6 +622,7 @@ struct Scene {
   ARRAY(Camera) cameras;
   ARRAY(Texture) textures;
   ARRAY(Material) materials;
+  ARRAY(Medium) media;
   ARRAY(Mesh) meshes;
   ARRAY(Model) models;
   ARRAY(Object) objects;
@@ -622,6 +647,7 @@ void scene_destroy(Scene *s);  // accepts NULL
 // Names are copied; NULL is allowed for objects and lights. A taken name gets a number: "wood", "wood.2", ...
 int32_t scene_add_texture(Scene *s, TextureKind kind, const char *name);
 int32_t scene_add_material(Scene *s, MaterialKind kind, const char *name);
+int32_t scene_add_medium(Scene *s, MediumKind kind, const char *name);
 int32_t scene_add_object(Scene *s, ShapeKind kind, const char *name);
 int32_t scene_add_light(Scene *s, LightKind kind, const char *name);
 int32_t scene_add_camera(Scene *s, CameraKind kind, const char *name);

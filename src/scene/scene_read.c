@@ -1,5 +1,5 @@
 // Reads the scene file, strictly: an unknown key, kind, name or an impossible value is an error with its place.
-// First the names of all textures, materials and cameras are entered, then everything is filled in, so that a
+// First the names of all textures, materials, media and cameras are entered, then everything is filled in, so that a
 // reference may stand before what it names. It knows sections and tables, no parameter by heart.
 
 #include "base/file.h"
@@ -73,6 +73,7 @@ static bool enter_name(SceneReader *r, const Section *c, const Json *dict, const
     Camera camera;
     Texture texture;
     Material material;
+    Medium medium;
   } fresh;
   group_default(c->group, 0, &fresh);
   const char *name = arena_text(&s->arena, key);

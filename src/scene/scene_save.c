@@ -343,12 +343,16 @@ static bool add_object(Saver *s, const Object *o)
 // One object of several materials becomes several of one each. The second is named "bunny.2".
 static bool add_parts(Saver *s, const Object *o, const SavedMesh *mesh)
 {
+  const bool has_surface = o->common.medium < 0 || o->common.material >= 0;
+  if (o->common.medium >= 0 && mesh->count > 1)
+    return err_set(s->err, ERR_BAD_SCENE, "object \"%s\" has a medium inside and several materials, which a scene file can not "
+                   "say; give it one material, or keep its mesh as a model file of its own", o->name ? o->name : "");
   for (size_t i = 0; i < mesh->count; i++) {
     Object part = *o;
     part.id = 0;
     if (i && o->name) part.name = arena_format(&s->copy->arena, "%s.%zu", o->name, i + 1);
     if (i && o->name && !part.name) return err_memory(s->err, o->name, 0);
-    if (part.common.material < 0) part.common.material = mesh->parts[i].material;
+    if (has_surface && part.common.material < 0) part.common.material = mesh->parts[i].material;
     part.shape.mesh.file = mesh->parts[i].file;
     part.shape.mesh_i = mesh->parts[i].mesh_i;
     if (!add_object(s, &part)) return false;

@@ -104,7 +104,8 @@ static void put_type(Text *out, const Field *f)
   case FIELD_choice: put_choices(out, f); return;
   case FIELD_texture:
   case FIELD_object:
-  case FIELD_material: text_add(out, "\"type\":[\"string\",\"null\"]"); return;
+  case FIELD_material:
+  case FIELD_medium: text_add(out, "\"type\":[\"string\",\"null\"]"); return;
   }
 }
 
@@ -127,6 +128,7 @@ static const char *type_name(FieldType type)
   case FIELD_material: return "material";
   case FIELD_path: return "path";
   case FIELD_keys: return "keys";
+  case FIELD_medium: return "medium";
   }
   unreachable();
 }

@@ -29,6 +29,7 @@ const Section scene_sections[SECTION_COUNT] = {
     ONE_GIVEN(group_sky, sky),
     MANY(group_texture, SECTION_BY_NAME, textures),
     MANY(group_material, SECTION_BY_NAME, materials),
+    MANY(group_medium, SECTION_BY_NAME, media),
     MANY(group_object, SECTION_LIST, objects),
     MANY(group_light, SECTION_LIST, lights),
     ONE(group_timeline, timeline),
@@ -82,6 +83,7 @@ const Section *section_of_reference(FieldType type)
 {
   if (type == FIELD_texture) return section_find(group_texture.name);
   if (type == FIELD_material) return section_find(group_material.name);
+  if (type == FIELD_medium) return section_find(group_medium.name);
   return type == FIELD_object ? section_find(group_object.name) : NULL;
 }
 
@@ -109,7 +111,8 @@ static void shift_slots(Scene *s, int32_t from, int32_t by)
 
 static bool is_referred_to(const Section *c)
 {
-  return c->group == &group_texture || c->group == &group_material || c->group == &group_object;
+  return c->group == &group_texture || c->group == &group_material || c->group == &group_medium ||
+         c->group == &group_object;
 }
 
 static void shift_references(Scene *s, const Section *to, int32_t from, int32_t by)

@@ -35,6 +35,7 @@ static size_t width_of(FieldType type)
   case FIELD_texture:
   case FIELD_object:
   case FIELD_material:
+  case FIELD_medium:
   case FIELD_text:
   case FIELD_file:
   case FIELD_path:

@@ -53,6 +53,7 @@ void value_range(const Field *f, Text *out)
   case FIELD_texture:
   case FIELD_object:
   case FIELD_material:
+  case FIELD_medium:
   case FIELD_path:
   case FIELD_keys: return;
   }
@@ -101,6 +102,7 @@ static const char *wanted(FieldType type)
   case FIELD_material: return "the name of a material";
   case FIELD_path: return "the path of a field";
   case FIELD_keys: return "a list of keys";
+  case FIELD_medium: return "the name of a medium";
   }
   unreachable();
 }
@@ -322,7 +324,8 @@ bool value_read(Scene *s, const Field *f, const Json *v, void *at, int *item, Er
   case FIELD_choice: return read_choice(f, v, at, err);
   case FIELD_texture:
   case FIELD_object:
-  case FIELD_material: return read_reference(s, f, v, at, err);
+  case FIELD_material:
+  case FIELD_medium: return read_reference(s, f, v, at, err);
   }
   unreachable();
 }
@@ -410,7 +413,8 @@ void value_write(const Scene *s, const Field *f, const void *at, Text *out, bool
     return;
   case FIELD_texture:
   case FIELD_object:
-  case FIELD_material: write_reference(s, section_of_reference(f->type), *(const int32_t *)at, out); return;
+  case FIELD_material:
+  case FIELD_medium: write_reference(s, section_of_reference(f->type), *(const int32_t *)at, out); return;
   }
 }
 
@@ -424,7 +428,8 @@ size_t value_size(const Field *f)
   case FIELD_choice:
   case FIELD_texture:
   case FIELD_object:
-  case FIELD_material: return sizeof(int32_t);
+  case FIELD_material:
+  case FIELD_medium: return sizeof(int32_t);
   case FIELD_color:
   case FIELD_vec3: return 3 * sizeof(float);
   case FIELD_vec2: return 2 * sizeof(float);
