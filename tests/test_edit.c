@@ -224,6 +224,7 @@ static double random_number(const Field *f, bool is_whole)
 {
   const double low = fmax(f->low, -50), high = fmin(f->high, 50);
   const double x = low + (high - low) * (double)unit_float(next_random());
+  if (!strcmp(f->name, "scale") && fabs(x) < 0.1) return 0.5; // 0 would make things flat, and is refused
   // + 0 makes -0 the 0 that it is written as.
   return is_whole ? floor(x) : (double)(float)(round(x * 8) / 8 < low ? high : round(x * 8) / 8) + 0.0;
 }
@@ -257,7 +258,9 @@ static void random_value(const Field *f, char out[300])
     return;
   case FIELD_texture: strcpy(out, next_random() & 1 ? "\"tiles\"" : "null"); return;
   case FIELD_material: strcpy(out, next_random() & 1 ? "\"my mat\"" : "null"); return;
-  case FIELD_medium: strcpy(out, next_random() & 1 ? "\"fog\"" : "null"); return;
+  case FIELD_medium: // not every shape can be filled
+    strcpy(out, next_random() & 1 && !strcmp(f->name, "atmosphere") ? "\"fog\"" : "null");
+    return;
   case FIELD_choice:
     while (choice_name(f, count, name)) count++;
     choice_name(f, (int32_t)(next_random() % (uint32_t)count), name);

@@ -170,7 +170,7 @@ static void add_random(Scene *s)
     if ((i = scene_add_object(s, (ShapeKind)k, "o")) < 0) continue;
     randomise(s, &group_object, &s->objects.items[i]);
     randomise(s, &group_shape, &s->objects.items[i].shape);
-    if (k == SHAPE_QUAD || k == SHAPE_DISK) s->objects.items[i].common.medium = -1; // only closed ones have an inside
+    if (k != SHAPE_SPHERE && k != SHAPE_BOX) s->objects.items[i].common.medium = -1; // all that can be filled
   }
 }
 

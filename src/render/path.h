@@ -6,12 +6,15 @@
 // Depth counts bounces: 0 is what the eye sees shining, 1 is direct light. Inside a body light fades by Beer-Lambert
 // with the absorption of the surface it came in through; bodies inside bodies are not kept track of.
 //
-// Does not know volumes, gates or caustics by any means but luck.
+// Scattering in a medium (media.h) is a bounce like one off a surface, with a phase function for its BSDF.
+//
+// Does not know gates or caustics by any means but luck.
 
 #ifndef RAYFOLD_RENDER_PATH_H
 #define RAYFOLD_RENDER_PATH_H
 
 #include "render/hot.h"
+#include "render/media.h"
 #include "render/sampler.h"
 #include "render/trace.h"
 #include "shade/light_sample.h"
@@ -20,6 +23,9 @@
 // PAIR_MATERIAL is far behind those, and asked for only by the vertices of materials that need it.
 enum { PAIR_FILM, PAIR_LENS, PAIR_VERTEX, PAIR_SCATTER = 0, PAIR_CHOICES, PAIR_LIGHTS, PAIRS_DRAWN,
        PAIR_MATERIAL = 1 << 20 };
+
+// Those of the way to a vertex are far from them, so that pictures without media do not depend on media.
+enum { PAIR_MEDIA = 1 << 30, MEDIA_PAIRS = 16 };
 
 typedef struct Path {
   const RenderPass *pass;
@@ -41,6 +47,7 @@ typedef struct Path {
 
 // Where a path is.
 typedef struct PathVertex {
+  const Phase *phase; // in a medium, where of the rest only s.p counts and all else is zero; NULL: on a surface
   const SurfaceMaterial *m;
   SurfacePoint s;
   Bsdf bsdf;
@@ -65,6 +72,12 @@ static inline Vec2 path_material_pair(const Path *p)
   return sample_pair(p->sampler, PAIR_MATERIAL + (uint32_t)p->depth);
 }
 
+// For the i-th stretch of a medium on the way to a vertex: where light is scattered, and by which medium.
+static inline uint32_t path_media_pair(const Path *p, uint32_t stretch)
+{
+  return PAIR_MEDIA + (uint32_t)p->depth * MEDIA_PAIRS + 2 * (stretch < MEDIA_PAIRS / 2 ? stretch : MEDIA_PAIRS / 2 - 1);
+}
+
 static inline uint32_t path_ray_seed(const Path *p, uint32_t ray)
 {
   return hash_combine(p->seed, (uint32_t)p->depth << 16 | ray);
@@ -85,7 +98,7 @@ static inline void path_add(Path *p, int32_t bounces, Vec3 light)
   p->radiance += light;
 }
 
-static inline Vec3 path_fade(Vec3 absorption, float distance)
+static inline __attribute__((always_inline)) Vec3 path_fade(Vec3 absorption, float distance)
 {
   if (v3_is_zero(absorption)) return v3_all(1);
   Vec3 left = v3_all(0);
@@ -135,6 +148,7 @@ static inline void path_arrive(Path *p, const Ray *ray, const Hit *hit, PathVert
 {
   const World *w = p->pass->world;
   v->s = trace_surface(w, ray, hit);
+  v->phase = NULL;
   v->m = &w->materials[v->s.material];
   v->wo = -ray->d;
   v->width = p->cone.width + p->cone.spread * hit->t;
@@ -152,11 +166,16 @@ static inline void path_arrive(Path *p, const Ray *ray, const Hit *hit, PathVert
 
 // --- sample lights ------------------------------------------------------------------------------
 
+// Whether light from wl comes through the surface.
+static inline bool path_crosses(const PathVertex *v, Vec3 wl)
+{
+  return (v3_dot(wl, v->s.ng) < 0) != v->s.is_back;
+}
+
 // What is absorbed on the way from s towards wl: outside nothing, inside what the body's skin says.
 static inline Vec3 path_absorption_towards(const Path *p, const PathVertex *v, Vec3 wl)
 {
-  const bool crosses = (v3_dot(wl, v->s.ng) < 0) != v->s.is_back;
-  if (!crosses || v->m->is_thin_walled) return p->absorption;
+  if (!path_crosses(v, wl) || v->m->is_thin_walled) return p->absorption;
   return v->s.is_back ? v3_all(0) : v->m->absorption;
 }
 
@@ -170,6 +189,19 @@ typedef struct PathLight {
   uint32_t seed;
   uint16_t path_i, group;
 } PathLight;
+
+static MEDIA_APART float path_phase(const Phase *phase, Vec3 wo, Vec3 wl)
+{
+  return phase_pdf(phase, -wo, wl);
+}
+
+// What the vertex scatters towards its ray's origin of light from wl.
+static inline __attribute__((always_inline)) Vec3 path_eval(const PathVertex *v, const BsdfView *view, Vec3 wl, float *pdf)
+{
+  if (!v->phase) return bsdf_eval_view(&v->bsdf, view, wl, pdf);
+  *pdf = path_phase(v->phase, v->wo, wl);
+  return v3_all(*pdf);
+}
 
 // What one group of lights offers the vertex; false: nothing.
 static inline bool path_sample_light(const Path *p, const PathVertex *v, const BsdfView *view, size_t group,
@@ -185,7 +217,7 @@ static inline bool path_sample_light(const Path *p, const PathVertex *v, const B
   LightSample l;
   float scatter_pdf;
   if (!light_sample(&w->lights, w->textures, group, v->s.p, path_light_side(b), choice, place, &l)) return false;
-  const Vec3 f = bsdf_eval_view(b, view, l.wl, &scatter_pdf);
+  const Vec3 f = path_eval(v, view, l.wl, &scatter_pdf);
   out->light = p->throughput * f * l.radiance * path_fade(path_absorption_towards(p, v, l.wl), l.distance) *
                ((l.is_delta ? 1 : mis_weight(l.pdf, scatter_pdf)) / l.pdf);
   if (v3_is_zero(out->light)) return false;
@@ -238,6 +270,59 @@ static inline bool path_survives(Path *p, float chance)
   return true;
 }
 
+// --- in media -----------------------------------------------------------------------------------------
+
+// What a stretch adds that begins `from` metres on.
+static inline void path_add_glow(Path *p, const Volume *v, float from, float length)
+{
+  Volume inside = *v;
+  inside.extinction += p->absorption;
+  path_add(p, p->depth, p->throughput * path_fade(p->absorption, from) * volume_glow(&inside, length));
+}
+
+// Follows the ray through media to its end. True: it was scattered on the way, at *out. Glow is added for every stretch
+// as a whole, so it does not matter where light is scattered.
+static inline bool path_travel(Path *p, MediumSet *set, const Ray *ray, float end, RayCounters *counters, MediumPoint *out)
+{
+  const World *w = p->pass->world;
+  Ray way = *ray;
+  way.tmax = end;
+  MediaWalk walk = media_walk(w, &way, set, counters);
+  for (uint32_t stretch = 0; media_next(&walk);) {
+    if (!set->count || v3_is_zero(p->throughput)) continue;
+    const Volume sum = media_sum(w, set);
+    const float length = walk.to - walk.from;
+    if (!v3_is_zero(sum.emission)) path_add_glow(p, &sum, walk.from, length);
+    if (v3_is_zero(sum.scattering)) {
+      p->throughput *= volume_fade(sum.extinction, length);
+      continue;
+    }
+    const uint32_t pair = path_media_pair(p, stretch++);
+    const float t = volume_distance(&sum, length, sample_pair(p->sampler, pair), &p->throughput);
+    if (!(t < length)) continue;
+    const float choice = set->count > 1 ? sample_pair(p->sampler, pair + 1).x : 0;
+    out->t = walk.from + t;
+    out->p = ray->o + out->t * ray->d;
+    out->medium = media_pick(w, set, &sum, choice, &p->throughput);
+    out->phase = &medium_volume(w, out->medium)->phase;
+    p->throughput *= path_fade(p->absorption, out->t);
+    return true;
+  }
+  return false;
+}
+
+static MEDIA_APART bool path_scatter_medium(Path *p, const MediumPoint *at, Ray *ray)
+{
+  if (v3_is_zero(p->throughput) || !v3_is_finite(p->throughput)) return false;
+  const Vec3 wl = phase_sample(at->phase, ray->d, path_draw(p, PAIR_SCATTER), &p->scatter_pdf);
+  p->was_delta = false;
+  p->from = at->p;
+  p->from_n = v3_all(0);
+  path_widen(p, &(BsdfSample){.pdf = p->scatter_pdf}, p->cone.width + p->cone.spread * at->t);
+  *ray = (Ray){at->p, wl, 0, INFINITY};
+  return true;
+}
+
 // --- what is seen first -----------------------------------------------------------------------------
 
 static inline bool bsdf_is_delta(const Bsdf *b)
@@ -260,6 +345,22 @@ static inline void path_first_hit(const RenderPass *pass, const SurfacePoint *s,
   out->depth = e->kind == EYE_PANORAMIC ? hit->t : v3_dot(e->frame.p - s->p, e->frame.z);
   out->object = pass->world->instances[s->instance].object_i + 1;
   out->material = s->material + 1;
+}
+
+// The same where the first thing is a medium: for what looks for edges, a surface that faces the viewer.
+static inline void path_first_medium(const RenderPass *pass, const Ray *ray, const MediumPoint *at, FilmSample *out)
+{
+  const Eye *e = &pass->eye;
+  const World *w = pass->world;
+  const Volume *v = medium_volume(w, at->medium);
+  out->is_hit = true;
+  out->albedo = v3_all(0);
+  for (int k = 0; k < 3; k++) out->albedo[k] = v->extinction[k] > 0 ? v->scattering[k] / v->extinction[k] : 0;
+  out->normal = -ray->d;
+  out->position = at->p;
+  out->depth = e->kind == EYE_PANORAMIC ? at->t : v3_dot(e->frame.p - at->p, e->frame.z);
+  out->object = w->media[at->medium].object_i + 1; // of the atmosphere 0
+  out->material = 0;
 }
 
 #endif

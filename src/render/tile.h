@@ -51,6 +51,8 @@ static inline void block_render(Classic *c, const RenderPass *pass, const Tile *
 static bool tile_render(const RenderPass *pass, Tile tile, WorkerState *worker)
 {
   Classic c;
+  wave_place_eye(&c.chain, pass, &worker->rays);
+  wave_place_eye(&c.side, pass, &worker->rays);
   for (uint32_t y = tile.y0; y < tile.y1; y += BLOCK_SIDE)
     for (uint32_t x = tile.x0; x < tile.x1; x += BLOCK_SIDE) {
       const Tile block = {x, y, least_u32(x + BLOCK_SIDE, tile.x1), least_u32(y + BLOCK_SIDE, tile.y1)};

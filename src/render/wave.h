@@ -38,7 +38,18 @@ typedef struct Wave {
 
   size_t light_count;
   PathLight lights[WAVE_LIGHTS];
+
+  // In worlds with media: where the eye, the paths and the rays to lights are in.
+  bool has_media;
+  MediumSet eye_media, media[WAVE_SIZE], light_media[WAVE_LIGHTS];
 } Wave;
+
+// Once for all waves of a pass.
+static inline void wave_place_eye(Wave *w, const RenderPass *pass, RayCounters *counters)
+{
+  w->has_media = pass->world->media_count > 0 && pass->settings.integrator == INTEGRATOR_PATH;
+  if (w->has_media) w->eye_media = media_at(pass->world, pass->eye.frame.p, counters);
+}
 
 static inline void wave_begin(Wave *w, const RenderPass *pass, RayCounters *counters)
 {
@@ -46,6 +57,13 @@ static inline void wave_begin(Wave *w, const RenderPass *pass, RayCounters *coun
   w->counters = counters;
   w->count = w->light_count = 0;
   memset(w->habits, 0, sizeof w->habits);
+}
+
+// The media a path begins in: a lens is not all at its centre.
+static MEDIA_APART void wave_place_path(Wave *w, size_t i, Vec3 from)
+{
+  w->media[i] = w->eye_media;
+  media_move(w->pass->world, &w->media[i], w->pass->eye.frame.p, from, w->counters);
 }
 
 // Adds the path of one sample of a pixel.
@@ -75,6 +93,7 @@ static inline void wave_add(Wave *w, uint32_t x, uint32_t y, uint32_t sample)
   w->path_of[i] = (uint16_t)i;
   w->rays[i] = ray_pack(&ray);
   w->queries[i] = (TraceQuery){pass->world, path_ray_seed(&w->paths[i], 0)};
+  if (w->has_media) wave_place_path(w, i, ray.o);
 }
 
 // What the rays meet that are on their way.
@@ -131,6 +150,13 @@ static inline void wave_ask_lights(Wave *w, int group, bool *is_blocked)
   for (size_t k = 0; k < count; k++) is_blocked[light_of[k]] = blocked[k];
 }
 
+static MEDIA_APART void wave_fade_light(Wave *w, size_t i)
+{
+  PathLight *l = &w->lights[i];
+  const Ray ray = ray_unpack(&l->ray);
+  l->light *= media_transmittance(w->pass->world, &ray, w->light_media[i], w->counters);
+}
+
 // Adds the light that nothing is in the way of, in the order it was offered.
 static inline void wave_add_lights(Wave *w)
 {
@@ -138,7 +164,9 @@ static inline void wave_add_lights(Wave *w)
   for (int g = 0; g < LIGHT_GROUPS_APART; g++) wave_ask_lights(w, g, is_blocked);
   for (size_t i = 0; i < w->light_count; i++) {
     const PathLight *l = &w->lights[i];
-    if (!is_blocked[i]) path_add(&w->paths[l->path_i], w->depth + 1, l->light);
+    if (is_blocked[i]) continue;
+    if (w->has_media) wave_fade_light(w, i);
+    path_add(&w->paths[l->path_i], w->depth + 1, l->light);
   }
   w->light_count = 0;
 }
@@ -151,6 +179,12 @@ static inline void wave_sample_lights(Wave *w, const Path *p, const PathVertex *
     if (w->light_count == WAVE_LIGHTS) wave_add_lights(w);
     PathLight *l = &w->lights[w->light_count];
     if (!path_sample_light(p, v, &view, g, l)) continue;
+    if (w->has_media) {
+      MediumSet *media = &w->light_media[w->light_count];
+      *media = w->media[p - w->paths];
+      if (path_crosses(v, v3_load(l->ray.d)))
+        media_cross_surface(w->pass->world, media, v->s.instance, !v->s.is_back);
+    }
     l->path_i = (uint16_t)(p - w->paths);
     l->group = (uint16_t)(g < LIGHT_GROUPS_APART ? g : LIGHT_GROUPS_APART - 1);
     w->light_count++;
@@ -159,10 +193,17 @@ static inline void wave_sample_lights(Wave *w, const Path *p, const PathVertex *
 
 // --- one bounce of all ------------------------------------------------------------------------------
 
-// Takes a path to where its ray ends. True, and the ray to go on by, unless the path ends there.
-static inline bool wave_step(Wave *w, Path *p, Ray *ray, const Hit *hit, FilmSample *seen)
+// Takes a path through the media on its way. True if it is scattered there.
+static MEDIA_APART bool wave_travel(Wave *w, Path *p, const Ray *ray, float end, MediumPoint *at, FilmSample *seen)
 {
-  PathVertex v;
+  if (!path_travel(p, &w->media[p - w->paths], ray, end, w->counters, at)) return false;
+  if (p->depth == 0) path_first_medium(w->pass, ray, at, seen);
+  return true;
+}
+
+// Takes a path to the surface where its ray ends. True unless it ends there, too.
+static inline bool wave_arrive(Wave *w, Path *p, const Ray *ray, const Hit *hit, PathVertex *v, FilmSample *seen)
+{
   if (hit->instance == NO_HIT) {
     if (p->depth == 0 && w->pass->settings.transparent)
       seen->alpha = 0;
@@ -170,12 +211,29 @@ static inline bool wave_step(Wave *w, Path *p, Ray *ray, const Hit *hit, FilmSam
       path_add_sky(p, ray->d);
     return false;
   }
-  path_arrive(p, ray, hit, &v);
-  if (p->depth == 0) path_first_hit(w->pass, &v.s, hit, bsdf_albedo(&v.bsdf), seen);
-  if (p->depth >= w->pass->settings.max_depth || v.m->kind == SURFACE_EMISSION) return false;
-  if (!bsdf_is_delta(&v.bsdf)) wave_sample_lights(w, p, &v);
+  path_arrive(p, ray, hit, v);
+  if (p->depth == 0) path_first_hit(w->pass, &v->s, hit, bsdf_albedo(&v->bsdf), seen);
+  return v->m->kind != SURFACE_EMISSION;
+}
+
+// Takes a path to its next vertex. True, and the ray to go on by, unless the path ends there.
+static inline bool wave_step(Wave *w, Path *p, Ray *ray, const Hit *hit, FilmSample *seen)
+{
+  PathVertex v;
+  MediumPoint at;
+  const bool is_inside = w->has_media && wave_travel(w, p, ray, hit->t, &at, seen);
+  if (is_inside)
+    v = (PathVertex){.phase = at.phase, .s = {.p = at.p}, .wo = -ray->d};
+  else if (!wave_arrive(w, p, ray, hit, &v, seen))
+    return false;
+  if (p->depth >= w->pass->settings.max_depth) return false;
+  if (is_inside || !bsdf_is_delta(&v.bsdf)) wave_sample_lights(w, p, &v);
   const Vec2 choices = path_draw(p, PAIR_CHOICES);
-  return path_scatter(p, &v, choices.x, ray) && path_survives(p, choices.y);
+  if (is_inside) return path_scatter_medium(p, &at, ray) && path_survives(p, choices.y);
+  if (!path_scatter(p, &v, choices.x, ray)) return false;
+  if (w->has_media && path_crosses(&v, ray->d))
+    media_cross_surface(w->pass->world, &w->media[p - w->paths], v.s.instance, !v.s.is_back);
+  return path_survives(p, choices.y);
 }
 
 // The numbers that nearly every vertex needs, of all paths together: one by one they took a sixth of the time in a

@@ -44,8 +44,9 @@ static bool check_object(const Object *object, const char **field, Err *err)
     return err_set(err, ERR_BAD_SCENE,
                    "%s makes the object flat, or too small or large for the numbers of the engine", *field);
   *field = "medium";
-  if (o->medium >= 0 && (object->shape.kind == SHAPE_QUAD || object->shape.kind == SHAPE_DISK))
-    return err_set(err, ERR_BAD_SCENE, "a flat shape has no inside that a medium could fill; take a sphere, a box or a mesh");
+  const int32_t kind = object->shape.kind;
+  if (o->medium >= 0 && kind != SHAPE_MESH && kind != SHAPE_SPHERE && kind != SHAPE_BOX)
+    return err_set(err, ERR_BAD_SCENE, "only a sphere, a box or a mesh can be filled with a medium");
   return true;
 }
 

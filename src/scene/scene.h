@@ -378,8 +378,8 @@ typedef struct Material {
   F(color, scattering, (1, 1, 1), 0, NO_LIMIT, "1/m", "Scattering coefficient: light turned aside.")                \
   F(color, absorption, (0, 0, 0), 0, NO_LIMIT, "1/m", "Absorption coefficient: light lost.")                        \
   F(color, emission, (0, 0, 0), 0, NO_LIMIT, "W/m3sr", "Radiance that a metre adds.")                               \
-  F(real,  anisotropy, 0, -0.99, 0.99, "", "Mean cosine g of scattering (Henyey-Greenstein): 0 all ways alike, above it forward.") \
-  F(real,  second_anisotropy, 0, -0.99, 0.99, "", "The same of a second lobe.")                                     \
+  F(real,  anisotropy, 0, -1, 1, "", "Mean cosine g of scattering (Henyey-Greenstein): 0 all ways alike, above it forward; held to 0.99 at most.") \
+  F(real,  second_anisotropy, 0, -1, 1, "", "The same of a second lobe.")                                     \
   F(real,  second_part, 0, 0, 1, "", "Part of the light that goes by the second lobe.")
 FIELD_STRUCT(MediumCommon, MEDIUM_FIELDS);
 

@@ -10,6 +10,7 @@ typedef struct Level { // one scene being walked
   size_t next;         // object to look at next
   Frame frame;
   int32_t material;    // override, index into the world's; -1: none
+  int32_t volume;      // what fills its objects, index into the world's; -1: none
   uint8_t mask;
 } Level;
 
@@ -85,13 +86,43 @@ static MeshData *unit_box(Prepare *p)
   return p->parts->unit_box = m;
 }
 
-static bool add_mesh(Prepare *p, MeshData *data, int32_t part, Instance *i, WorldInstance *w)
+// An object's way into the world: a surface, the boundary of a medium, or both.
+typedef struct Placing {
+  Instance instance;
+  WorldInstance surface;
+  bool has_surface;
+  int32_t volume; // -1: none
+} Placing;
+
+static bool place(Prepare *p, Placing *o, int32_t part)
+{
+  if (o->volume >= 0) {
+    const WorldMedium m = {o->surface.mesh, (uint32_t)o->volume, o->surface.object_i};
+    if (!prepare_add_medium(p, &o->instance, &m, part)) return false;
+    o->surface.medium = (uint32_t)p->media.count;
+  }
+  return !o->has_surface || prepare_add_instance(p, &o->instance, &o->surface, part);
+}
+
+static bool add_mesh(Prepare *p, MeshData *data, int32_t part, Placing *o)
 {
   if (part < 0) part = parts_add_mesh(p->parts, p->previous, data);
   if (part < 0) return prepare_failed_memory(p);
-  w->mesh = mesh_arrays(data);
-  i->kind = INSTANCE_MESH;
-  return prepare_add_instance(p, i, w, part);
+  o->surface.mesh = mesh_arrays(data);
+  o->instance.kind = INSTANCE_MESH;
+  return place(p, o, part);
+}
+
+// What fills an object: its own medium, or that of what it is part of.
+static int32_t volume_of(const Level *level, const Object *o)
+{
+  return level->volume < 0 && o->common.medium >= 0 ? (int32_t)level->source->volume_base + o->common.medium
+                                                    : level->volume;
+}
+
+static bool can_be_filled(int32_t shape_kind)
+{
+  return shape_kind == SHAPE_MESH || shape_kind == SHAPE_SPHERE || shape_kind == SHAPE_BOX;
 }
 
 static bool add_solid(Prepare *p, const Shape *shape, Instance *i, WorldInstance *w)
@@ -109,45 +140,50 @@ static bool add_solid(Prepare *p, const Shape *shape, Instance *i, WorldInstance
 static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t material, uint32_t object_i)
 {
   const Frame own = object_frame(&o->common);
-  Instance i = {.world_from_object = frame_product(&level->frame, &own), .mask = level->mask};
-  WorldInstance w = {.object_i = object_i};
+  Placing at = {.instance = {.world_from_object = frame_product(&level->frame, &own), .mask = level->mask},
+                .surface = {.object_i = object_i},
+                .volume = volume_of(level, o)};
+  Instance *i = &at.instance;
+  if (at.volume >= 0 && !can_be_filled(o->shape.kind))
+    return err_set(p->err, ERR_BAD_SCENE, "object \"%s\": only a sphere, a box or a mesh can be filled with a medium",
+                   o->name ? o->name : "");
+  at.has_surface = at.volume < 0 || material >= 0;
   const Mesh *mesh = o->shape.kind == SHAPE_MESH ? &level->source->scene->meshes.items[o->shape.mesh_i] : NULL;
-  if (!o->common.visible_to_camera) i.mask &= (uint8_t)~RAY_CAMERA;
-  if (!o->common.casts_shadow) i.mask &= (uint8_t)~RAY_SHADOW;
-  if (!set_materials(p, level->source, mesh, material, &w)) return false;
+  if (!o->common.visible_to_camera) i->mask &= (uint8_t)~RAY_CAMERA;
+  if (!o->common.casts_shadow) i->mask &= (uint8_t)~RAY_SHADOW;
+  if (at.has_surface && !set_materials(p, level->source, mesh, material, &at.surface)) return false;
   switch ((ShapeKind)o->shape.kind) {
-  case SHAPE_MESH:
-    return add_mesh(p, mesh->data, level->source->mesh_parts[o->shape.mesh_i], &i, &w);
+  case SHAPE_MESH: return add_mesh(p, mesh->data, level->source->mesh_parts[o->shape.mesh_i], &at);
   case SHAPE_SPHERE:
-    i.kind = INSTANCE_SPHERE;
-    i.size[0] = o->shape.sphere.radius;
-    return prepare_add_instance(p, &i, &w, -1);
+    i->kind = INSTANCE_SPHERE;
+    i->size[0] = o->shape.sphere.radius;
+    return place(p, &at, -1);
   case SHAPE_QUAD:
-    i.kind = INSTANCE_QUAD;
-    i.size[0] = o->shape.quad.size[0] / 2;
-    i.size[1] = o->shape.quad.size[1] / 2;
-    return prepare_add_instance(p, &i, &w, -1);
+    i->kind = INSTANCE_QUAD;
+    i->size[0] = o->shape.quad.size[0] / 2;
+    i->size[1] = o->shape.quad.size[1] / 2;
+    return place(p, &at, -1);
   case SHAPE_DISK:
-    i.kind = INSTANCE_DISK;
-    i.size[0] = o->shape.disk.radius;
-    return prepare_add_instance(p, &i, &w, -1);
+    i->kind = INSTANCE_DISK;
+    i->size[0] = o->shape.disk.radius;
+    return place(p, &at, -1);
   case SHAPE_PLANE:
   case SHAPE_TRIANGLE:
   case SHAPE_CYLINDER:
   case SHAPE_CONE:
   case SHAPE_ENDLESS_CONE:
-  case SHAPE_TORUS: return add_solid(p, &o->shape, &i, &w);
+  case SHAPE_TORUS: return add_solid(p, &o->shape, i, &at.surface);
   case SHAPE_CSG: {
-    const CsgPlace place = {level->source, level->frame, level->material};
-    return prepare_csg(p, &place, (int32_t)level->next - 1, &i, &w);
+    const CsgPlace whole = {level->source, level->frame, level->material};
+    return prepare_csg(p, &whole, (int32_t)level->next - 1, i, &at.surface);
   }
   case SHAPE_BOX: {
     MeshData *box = unit_box(p);
     if (!box) return prepare_failed_memory(p);
-    i.world_from_object.x *= o->shape.box.size[0];
-    i.world_from_object.y *= o->shape.box.size[1];
-    i.world_from_object.z *= o->shape.box.size[2];
-    return add_mesh(p, box, -1, &i, &w);
+    i->world_from_object.x *= o->shape.box.size[0];
+    i->world_from_object.y *= o->shape.box.size[1];
+    i->world_from_object.z *= o->shape.box.size[2];
+    return add_mesh(p, box, -1, &at);
   }
   }
   unreachable();
@@ -170,7 +206,8 @@ static bool add_source(Prepare *p, const Scene *scene)
     s.mesh_parts[i] = parts_add_mesh(p->parts, p->previous, scene->meshes.items[i].data);
     if (s.mesh_parts[i] < 0) return prepare_failed_memory(p);
   }
-  return prepare_parts(p, &s) && prepare_materials(p, &s) && (array_push(&p->sources, s) || prepare_failed_memory(p));
+  return prepare_parts(p, &s) && prepare_materials(p, &s) && prepare_volumes(p, &s) &&
+         (array_push(&p->sources, s) || prepare_failed_memory(p));
 }
 
 // Breadth first: the list of sources is the queue. Each scene owns its models, so none is met twice.
@@ -190,7 +227,8 @@ bool prepare_sources(Prepare *p, const Scene *scene)
 static Level enter(const Prepare *p, const Level *level, const Object *o, int32_t material)
 {
   const Frame own = object_frame(&o->common);
-  Level below = {.frame = frame_product(&level->frame, &own), .material = material, .mask = level->mask};
+  Level below = {.frame = frame_product(&level->frame, &own), .material = material, .volume = volume_of(level, o),
+                 .mask = level->mask};
   below.source = &p->sources.items[level->source->model_base + (uint32_t)o->shape.model_i];
   if (!o->common.visible_to_camera) below.mask &= (uint8_t)~RAY_CAMERA;
   if (!o->common.casts_shadow) below.mask &= (uint8_t)~RAY_SHADOW;
@@ -202,7 +240,8 @@ bool prepare_objects(Prepare *p)
   Level stack[MOST_NESTING];
   int depth = 1;
   uint32_t object_i = 0; // of the main scene
-  stack[0] = (Level){.source = &p->sources.items[0], .frame = frame_identity(), .material = -1, .mask = RAY_ALL};
+  stack[0] = (Level){.source = &p->sources.items[0], .frame = frame_identity(), .material = -1, .volume = -1,
+                     .mask = RAY_ALL};
   if (!prepare_scene_lights(p, stack[0].source, &stack[0].frame, NO_HIT)) return false;
   while (depth > 0) {
     Level *level = &stack[depth - 1];

@@ -52,7 +52,10 @@ static bool lay_down(Prepare *p)
   w->material_count = p->materials.count;
   w->textures = keep(p, p->textures.items, p->textures.count, sizeof *p->textures.items);
   w->texture_count = p->textures.count;
-  return (w->instances && w->materials && w->material_names && w->textures) || prepare_failed_memory(p);
+  w->volumes = keep(p, p->volumes.items, p->volumes.count, sizeof *p->volumes.items);
+  w->media = keep(p, p->media.items, p->media.count, sizeof *p->media.items);
+  w->media_count = p->media.count;
+  return (w->volumes && w->media && w->instances && w->materials && w->material_names && w->textures) || prepare_failed_memory(p);
 }
 
 static bool build_accel(Prepare *p)
@@ -89,7 +92,7 @@ static bool run_steps(Prepare *p)
   if (!prepare_texture_pixels(p)) return false;
   set_filters(p);
   if (!prepare_tangents(p)) return false;
-  return prepare_emitters(p) && build_accel(p) && lay_down(p) && prepare_light_set(p);
+  return prepare_emitters(p) && build_accel(p) && prepare_media(p) && lay_down(p) && prepare_light_set(p);
 }
 
 static void finish(Prepare *p)
@@ -103,6 +106,10 @@ static void finish(Prepare *p)
   array_finish(&p->instances);
   array_finish(&p->shading);
   array_finish(&p->mesh_parts);
+  array_finish(&p->volumes);
+  array_finish(&p->media);
+  array_finish(&p->boundaries);
+  array_finish(&p->boundary_parts);
   array_finish(&p->emitters);
   array_finish(&p->suns);
   array_finish(&p->profiles);
@@ -145,6 +152,7 @@ void world_release(World *w)
   // Acquire-release: the last user must see everything the others did before they let go.
   if (!w || atomic_fetch_sub_explicit(&w->users, 1, memory_order_acq_rel) != 1) return;
   accel_destroy(w->accel);
+  accel_destroy(w->media_accel);
   light_set_finish(&w->lights);
   parts_finish(w->parts);
   mem_free(w->parts);

@@ -10,7 +10,7 @@
 typedef struct Source {
   const Scene *scene;
   uint32_t model_base; // in the sources: of the scene's first model, the others follow
-  uint32_t material_base;
+  uint32_t material_base, volume_base;
   int32_t *color_maps, *data_maps; // texture -> TextureMap index for colours and for other data, -1: not made yet
   int32_t *mesh_parts;             // mesh -> part
   int32_t *first_part, *next_part; // object -> the first of its csg parts; a part -> the next of the same, -1: none
@@ -35,6 +35,10 @@ typedef struct Prepare {
   ARRAY(Instance) instances;
   ARRAY(WorldInstance) shading;
   ARRAY(int32_t) mesh_parts;    // instance -> mesh part, -1: a shape
+  ARRAY(Volume) volumes;
+  ARRAY(WorldMedium) media;
+  ARRAY(Instance) boundaries;   // of the media, one each
+  ARRAY(int32_t) boundary_parts; // likewise: mesh part, -1: a shape
   ARRAY(Emitter) emitters;
   ARRAY(Sun) suns;
   ARRAY(LightProfile) profiles; // in the world's arena
@@ -73,6 +77,11 @@ bool prepare_parts(Prepare *p, Source *source); // finds and checks the parts of
 bool prepare_csg(Prepare *p, const CsgPlace *place, int32_t object_i, Instance *instance, WorldInstance *shading);
 // The shape as a solid, and the map it is to be moved by first; false for shapes that are none.
 bool prepare_solid(const Shape *s, Solid *out, Frame *moved);
+
+// Media of one source, appended in order; places they fill; the tree of those, and the atmosphere.
+bool prepare_volumes(Prepare *p, Source *source);
+bool prepare_add_medium(Prepare *p, const Instance *boundary, const WorldMedium *medium, int32_t mesh_part);
+bool prepare_media(Prepare *p); // after parts_make
 
 // Lights of every source met; area lights become instances, too. Then, once meshes are known, emissive surfaces.
 bool prepare_scene_lights(Prepare *p, const Source *source, const Frame *frame, uint32_t object_i);

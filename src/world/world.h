@@ -14,6 +14,7 @@
 #include "shade/light.h"
 #include "shade/material.h"
 #include "shade/texture.h"
+#include "shade/volume.h"
 
 // The shading side of an instance; same index as its accel Instance.
 typedef struct WorldInstance {
@@ -23,7 +24,16 @@ typedef struct WorldInstance {
   uint32_t slot_count;         // at least 1
   const int32_t *emitters;     // one a triangle (or one, for a shape): index of its emitter, -1; NULL: none shine
   uint32_t object_i;           // which object of the main scene it came from, for picking and ids
+  uint32_t medium;             // what fills it: 1 + index into World.media; 0: nothing
 } WorldInstance;
+
+// A medium in its place; same index as the Instance of its boundary in World.media_accel. The atmosphere comes last and
+// has no boundary.
+typedef struct WorldMedium {
+  TriangleMesh mesh; // of the boundary; all NULL for shapes
+  uint32_t volume;   // index into World.volumes
+  uint32_t object_i;
+} WorldMedium;
 
 typedef struct World World;
 struct World {
@@ -37,6 +47,11 @@ struct World {
   size_t material_count;
   const TextureMap *textures;
   size_t texture_count;
+  const Volume *volumes;
+  const WorldMedium *media;    // boundaries of media, whether or not a surface is there, too
+  size_t media_count;          // 0: no medium anywhere
+  bool has_atmosphere;         // the last of media
+  Accel *media_accel;          // over the boundaries; NULL: there are none
   LightSet lights;
   float lo[3], hi[3];          // bounds; lo > hi when there is nothing
   size_t triangle_count, unique_triangle_count, geometry_bytes, texture_bytes;

@@ -1,0 +1,81 @@
+// From a scene's media to the form light is followed through, and the boundaries of the places they fill. Boundaries have
+// a tree of their own: rays find surfaces as if there were no media, and then, in worlds that have any, where they
+// go in and out.
+
+#include "world/prepare.h"
+
+static bool from_medium(Prepare *p, const Medium *m, Volume *out)
+{
+  const MediumCommon *c = &m->common;
+  out->scattering = c->density * v3_load(c->scattering);
+  out->extinction = out->scattering + c->density * v3_load(c->absorption);
+  out->emission = c->density * v3_load(c->emission);
+  // A lobe of g = 1 would be no scattering at all, and one near it is lost in the rounding of cosines.
+  out->phase = (Phase){fmaxf(fminf(c->anisotropy, 0.99f), -0.99f), fmaxf(fminf(c->second_anisotropy, 0.99f), -0.99f),
+                       c->second_part};
+  return (v3_is_finite(out->extinction) && v3_is_finite(out->emission)) ||
+         err_set(p->err, ERR_BAD_SCENE, "medium \"%s\": density times its coefficients is too large for a number", m->name);
+}
+
+bool prepare_volumes(Prepare *p, Source *source)
+{
+  const Scene *s = source->scene;
+  source->volume_base = (uint32_t)p->volumes.count;
+  for (size_t i = 0; i < s->media.count; i++) {
+    Volume v = {0};
+    if (!from_medium(p, &s->media.items[i], &v)) return false;
+    if (!array_push(&p->volumes, v)) return prepare_failed_memory(p);
+  }
+  return true;
+}
+
+bool prepare_add_medium(Prepare *p, const Instance *boundary, const WorldMedium *medium, int32_t mesh_part)
+{
+  Instance i = *boundary;
+  i.object_from_world = frame_inverse(&i.world_from_object);
+  i.mask = RAY_ALL;
+  i.has_filter = true; // walks go on from one boundary to the next by it
+  return (array_push(&p->boundaries, i) && array_push(&p->media, *medium) && array_push(&p->boundary_parts, mesh_part)) ||
+         prepare_failed_memory(p);
+}
+
+// The main scene's; what it emits must be lost somewhere, or there would be no end to it.
+static bool add_atmosphere(Prepare *p)
+{
+  const int32_t i = p->scene->render.atmosphere;
+  if (i < 0) return true;
+  const Volume *v = &p->volumes.items[p->sources.items[0].volume_base + (uint32_t)i];
+  for (int k = 0; k < 3; k++)
+    if (v->emission[k] > 0 && !(v->extinction[k] > 0))
+      return err_set(p->err, ERR_BAD_SCENE, "the atmosphere \"%s\" emits light and nothing absorbs or scatters it, so it would "
+                     "be endlessly bright; give it absorption", p->scene->media.items[i].name);
+  const WorldMedium m = {.volume = (uint32_t)(v - p->volumes.items), .object_i = NO_HIT};
+  p->world->has_atmosphere = true;
+  return array_push(&p->media, m) || prepare_failed_memory(p);
+}
+
+static void add_bounds(World *w)
+{
+  float lo[3], hi[3];
+  accel_bounds(w->media_accel, lo, hi);
+  for (int k = 0; k < 3; k++) {
+    w->lo[k] = fminf(w->lo[k], lo[k]);
+    w->hi[k] = fmaxf(w->hi[k], hi[k]);
+  }
+}
+
+bool prepare_media(Prepare *p)
+{
+  World *w = p->world;
+  for (size_t i = 0; i < p->boundaries.count; i++) {
+    const int32_t part = p->boundary_parts.items[i];
+    if (part >= 0) p->boundaries.items[i].mesh = p->parts->meshes.items[part].tree;
+  }
+  if (p->boundaries.count) {
+    w->media_accel = accel_build(p->boundaries.items, p->boundaries.count, p->jobs, p->cancel, p->err);
+    if (!w->media_accel) return false;
+    w->geometry_bytes += accel_bytes(w->media_accel);
+    add_bounds(w);
+  }
+  return add_atmosphere(p);
+}
