@@ -135,7 +135,7 @@ static inline World *world_of(Scene *s)
 
 static inline Eye pinhole(float x, float y, float z, float to_x, float to_y, float to_z, float fov)
 {
-  Camera c = {.kind = CAMERA_PERSPECTIVE, .common = {{x, y, z}, {to_x, to_y, to_z}, {0, 1, 0}}};
+  Camera c = {.kind = CAMERA_PERSPECTIVE, .common = {.position = {x, y, z}, .target = {to_x, to_y, to_z}, .up = {0, 1, 0}}};
   c.perspective.fov = fov;
   Eye e;
   CHECK(eye_from_camera(&c, &e, NULL));
@@ -144,7 +144,7 @@ static inline Eye pinhole(float x, float y, float z, float to_x, float to_y, flo
 
 static inline Eye parallel(float x, float y, float z, float to_x, float to_y, float to_z, float height)
 {
-  Camera c = {.kind = CAMERA_ORTHOGRAPHIC, .common = {{x, y, z}, {to_x, to_y, to_z}, {0, 1, 0}}};
+  Camera c = {.kind = CAMERA_ORTHOGRAPHIC, .common = {.position = {x, y, z}, .target = {to_x, to_y, to_z}, .up = {0, 1, 0}}};
   c.orthographic.height = height;
   Eye e;
   CHECK(eye_from_camera(&c, &e, NULL));

@@ -395,7 +395,7 @@ static inline void solid_derivatives(const Solid *s, uint32_t part, const double
     return;
   case SOLID_BOX: {
     const uint32_t k = part >> 1;
-    const float sign = (part == 1) | (part == 4) ? -2 : 2;
+    const float sign = part == 1 || part == 4 ? -2 : 2;
     *dpdu = k == 0 ? v3(0, 0, sign * s->size[2]) : v3(sign * s->size[0], 0, 0);
     *dpdv = k == 1 ? v3(0, 0, part == 3 ? -2 * s->size[2] : 2 * s->size[2]) : v3(0, 2 * s->size[1], 0);
     return;
