@@ -144,11 +144,11 @@ static void room_finish(Room *r)
   rf_engine_destroy(r->engine);
 }
 
-// Takes frames until one shows view and edit and is finished if that is wanted; false after ten seconds.
+// Takes frames until one shows view and edit and is finished if that is wanted; false after a minute.
 static bool wait_for(Room *r, uint64_t view, uint64_t edit, bool finished)
 {
   const double start = now(CLOCK_MONOTONIC);
-  while (now(CLOCK_MONOTONIC) - start < (TEST_IS_SLOW ? 60 : 10)) {
+  while (now(CLOCK_MONOTONIC) - start < 60) {
     const bool is_new = rf_live_take(r->live, &r->frame);
     if (r->frame.view >= view && r->frame.edit >= edit && (r->frame.is_finished || !finished) && r->frame.number)
       return true;
@@ -285,7 +285,7 @@ TEST(edits_come_in_order_and_a_drag_is_one_step)
   const rf_live_frame before = r.frame;
   edit = rf_live_set(r.live, "objects[0].translate.0", "\"far\"", true);
   const double start = now(CLOCK_MONOTONIC);
-  while (!rf_live_message(r.live, message, sizeof message) && now(CLOCK_MONOTONIC) - start < 10) usleep(1000);
+  while (!rf_live_message(r.live, message, sizeof message) && now(CLOCK_MONOTONIC) - start < 60) usleep(1000);
   CHECK_TEXT(message, "far");
   CHECK(!strcmp(value_of(&r, "objects[0].translate.0", text), "40") && r.frame.number == before.number);
   // One undo takes the whole drag back, another the exposure; a camera's edit makes no new picture.
@@ -313,7 +313,7 @@ TEST(another_scene_takes_the_place_or_the_old_one_stays)
   const uint64_t edit = rf_live_replace(r.live, bad);
   char message[400] = "";
   const double start = now(CLOCK_MONOTONIC);
-  while (!rf_live_message(r.live, message, sizeof message) && now(CLOCK_MONOTONIC) - start < 10) usleep(1000);
+  while (!rf_live_message(r.live, message, sizeof message) && now(CLOCK_MONOTONIC) - start < 60) usleep(1000);
   CHECK_TEXT(message, "nowhere.hdr");
   CHECK(edit && rf_live_undo(r.live) && !strcmp(r.view.render.integrator, "path"));
   // Several in a row: the last one counts.
