@@ -439,7 +439,7 @@ typedef struct rf_live_frame { // the arrays live until the next rf_live_take()
   double render_seconds, denoise_seconds, show_seconds;
   uint64_t rays;           // traced since the frame before
   uint64_t number;         // counts frames
-  uint64_t view, edit;     // of the newest rf_live_show() and edit that it shows
+  uint64_t view, edit;     // of the newest rf_live_show() and edit that it shows; those that change nothing bring no frame
   rf_eye eye;              // that it was made with
 } rf_live_frame;
 
