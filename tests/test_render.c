@@ -173,10 +173,22 @@ TEST(skies_light_by_their_radiance)
   CHECK_NEAR(floor_radiance(s, 1024, NULL), 2, 0.01);
 }
 
+// P8: what a white receiver gets from a light of radiance 1, on the mean, is the form factor from it to the light. The
+// eye stands between them and sees the receiver, which fills `share` of its square.
+static void check_form_factor(const char *name, Scene *s, double share, double truth)
+{
+  s->render.max_depth = 1;
+  const uint32_t spp = (uint32_t)(256 * test_intensity());
+  const Picture p = picture_of(s, parallel(0, 0, 0.4f, 0, 0, 0, 1), 32, spp);
+  const double got = (double)p.mean[1] / share, error = p.error / share;
+  printf("  %-22s %.6f +- %.6f, closed form %.6f\n", name, got, error, truth);
+  CHECK_MSG(fabs(got - truth) < 3 * error + 1e-6, "%s: %g against %g", name, got, truth);
+  if (test_intensity() >= 100) CHECK_NEAR(got / truth, 1, 0.002);
+}
+
 TEST(form_factors_of_squares)
 {
-  // Unit squares: opposite at distance one (Howell C-11) and with a common edge (C-14). The eye stands between them
-  // and sees exactly the receiving one.
+  // Unit squares: opposite at distance one (Howell C-11) and with a common edge (C-14).
   for (int is_perpendicular = 0; is_perpendicular < 2; is_perpendicular++) {
     Scene *s = new_scene(0);
     add_quad(s, add_lambert(s, 1, 1, 1), 0, 0, 0, 0, 0, 1); // faces +z
@@ -185,9 +197,36 @@ TEST(form_factors_of_squares)
     set3(l->rect.radiance, 1, 1, 1);
     set3(l->rect.position, is_perpendicular ? -0.5f : 0, 0, is_perpendicular ? 0.5f : 1);
     set3(l->rect.target, is_perpendicular ? 1 : 0, 0, is_perpendicular ? 0.5f : 0);
-    s->render.max_depth = 1;
-    const Picture p = picture_of(s, parallel(0, 0, 0.4f, 0, 0, 0, 1), 32, 256);
-    CHECK_NEAR(p.mean[1], is_perpendicular ? 0.200044 : 0.199825, 0.0006);
+    if (is_perpendicular)
+      check_form_factor("perpendicular squares", s, 1, 0.2000438);
+    else
+      check_form_factor("parallel squares", s, 1, 0.1998249);
+  }
+}
+
+TEST(form_factors_of_disks_and_spheres)
+{
+  for (int is_sphere = 0; is_sphere < 2; is_sphere++) {
+    Scene *s = new_scene(0);
+    Object *o = add_object(s, SHAPE_DISK, add_lambert(s, 1, 1, 1), 0, 0, 0); // faces +z
+    o->shape.disk.radius = 0.5f;
+    Light *l = add_light(s, is_sphere ? LIGHT_SPHERE : LIGHT_DISK);
+    if (is_sphere) {
+      set3(l->sphere.position, 0, 0, 1.2f);
+      l->sphere.radius = 0.7f;
+      set3(l->sphere.radiance, 1, 1, 1);
+      // From a sphere to a disk on its axis (Howell C-99), turned about by the areas.
+      const double from_sphere = 0.5 * (1 - 1 / sqrt(1 + 0.25 / 1.44));
+      check_form_factor("sphere over a disk", s, (double)PI / 4, from_sphere * 4 * 0.49 / 0.25);
+      continue;
+    }
+    set3(l->disk.position, 0, 0, 1);
+    set3(l->disk.target, 0, 0, 0);
+    l->disk.radius = 0.7f;
+    set3(l->disk.radiance, 1, 1, 1);
+    // Coaxial disks (Howell C-41).
+    const double ratio = 1.4, x = 1 + (1 + 0.49) / 0.25;
+    check_form_factor("coaxial disks", s, (double)PI / 4, 0.5 * (x - sqrt(x * x - 4 * ratio * ratio)));
   }
 }
 
