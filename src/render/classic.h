@@ -28,27 +28,25 @@ typedef struct Classic {
 // How a surface scatters, in two.
 typedef struct ClassicLobes {
   BsdfView view;
-  Bsdf shine; // the Bsdf without what is matt
-  BsdfView shine_view;
   float count; // scatter rays
+  bool has_shine;
+  Bsdf shine; // the Bsdf without what is matt; unset where nothing else is
+  BsdfView shine_view;
 } ClassicLobes;
 
 static inline ClassicLobes classic_lobes(const PathVertex *v, float count)
 {
   const Vec3 wo = frame_local(&v->bsdf.frame, v->wo);
-  ClassicLobes l = {.view = bsdf_view(&v->bsdf, wo), .shine = v->bsdf, .count = count};
+  ClassicLobes l;
+  l.view = bsdf_view(&v->bsdf, wo);
+  l.count = count;
+  l.has_shine = bsdf_has_specular(&v->bsdf) || v->bsdf.coat > 0 || v->bsdf.has_extras;
+  if (!l.has_shine) return l;
+  l.shine = v->bsdf;
   l.shine.diffuse = l.shine.multiple = v3_all(0);
+  l.shine.cover0 = l.shine.cover90 = 0; // of nothing
   l.shine_view = bsdf_view(&l.shine, wo);
   return l;
-}
-
-// The matt part: what all lobes do less what shines.
-static inline Vec3 classic_matt(const PathVertex *v, const ClassicLobes *l, Vec3 wl, Vec3 *shine, float *shine_pdf)
-{
-  float pdf;
-  const Vec3 all = bsdf_eval_view(&v->bsdf, &l->view, wl, &pdf);
-  *shine = bsdf_eval_view(&l->shine, &l->shine_view, wl, shine_pdf);
-  return v3_max(all - *shine, v3_all(0));
 }
 
 // --- lights ---------------------------------------------------------------------------------------
@@ -81,16 +79,22 @@ static inline void classic_chain_lights(Wave *w, const Path *p, const PathVertex
   const size_t groups = light_group_count(&w->pass->world->lights);
   for (size_t g = 0; g < groups; g++) {
     LightSample l;
-    Vec3 shine;
-    float pdf;
+    Vec3 shine = v3_all(0);
+    float pdf = 0;
     if (!classic_aim(p, v, g, &l)) continue;
-    const Vec3 matt = classic_matt(v, lobes, l.wl, &shine, &pdf);
+    const Vec3 matt = bsdf_eval_matt(&v->bsdf, &lobes->view, l.wl);
+    if (lobes->has_shine) shine = bsdf_eval_view(&lobes->shine, &lobes->shine_view, l.wl, &pdf);
     const float cosine = max_f(v3_dot(l.wl, v->bsdf.frame.z), 0);
     const float matt_weight = l.is_delta ? 1 : mis_weight(l.pdf, lobes->count * cosine / PI);
     const float shine_weight = l.is_delta ? 1 : mis_weight(l.pdf, pdf);
     const Vec3 f = matt * matt_weight + shine * shine_weight;
     classic_push(w, p, v, g, l.wl, l.distance, p->throughput * f * l.radiance / l.pdf);
   }
+}
+
+static inline bool classic_sky_is_black(const SkyMap *sky)
+{
+  return sky->kind == SKY_MAP_CONSTANT && v3_is_zero(sky->color * sky->gain);
 }
 
 // Where a scatter ray ends no ray goes on, so aiming has all the weight, and a sky that is not aimed at is asked for.
@@ -107,8 +111,8 @@ static inline void classic_side_lights(Wave *w, const Path *p, const PathVertex 
     classic_push(w, p, v, g, l.wl, l.distance, p->throughput * f * l.radiance / l.pdf);
   }
   BsdfSample next;
-  if (lights->sky.is_sampled ||
-      !bsdf_sample(&v->bsdf, v->wo, path_draw(p, PAIR_CHOICES).x, path_draw(p, PAIR_SCATTER), &next))
+  if (lights->sky.is_sampled || classic_sky_is_black(&lights->sky) ||
+      !bsdf_sample_view(&v->bsdf, &view, path_draw(p, PAIR_CHOICES).x, path_draw(p, PAIR_SCATTER), &next))
     return;
   classic_push(w, p, v, groups, next.wl, INFINITY, p->throughput * next.weight * sky_radiance(&lights->sky, next.wl));
 }
@@ -148,10 +152,8 @@ static inline void classic_flush(Classic *c)
 static inline void classic_send(Classic *c, const Path *p, const PathVertex *v, const ClassicLobes *lobes,
                                 const Sampler *sampler, Vec2 u)
 {
-  Vec3 shine;
-  float pdf;
   const Vec3 local = sample_cosine(u), wl = v3_normalize(frame_vector(&v->bsdf.frame, local));
-  const Vec3 matt = classic_matt(v, lobes, wl, &shine, &pdf);
+  const Vec3 matt = bsdf_eval_matt(&v->bsdf, &lobes->view, wl);
   if (v3_is_zero(matt) || !(local[2] > 0)) return;
   if (c->side.count == WAVE_SIZE) classic_flush(c);
   Wave *w = &c->side;
@@ -177,24 +179,31 @@ static inline void classic_send(Classic *c, const Path *p, const PathVertex *v, 
   w->queries[i] = (TraceQuery){p->pass->world, path_ray_seed(&w->paths[i], 0)};
 }
 
+// The pair of many samplers at once. By itself, so that the compiler has room to work on a register full of them.
+static __attribute__((noinline)) void classic_draw(const Sampler *samplers, uint32_t count, Vec2 *out)
+{
+  SamplerRows rows;
+  uint32_t x[SAMPLER_ROWS], y[SAMPLER_ROWS];
+  const uint32_t end = (count + 15) & ~15u;
+  for (uint32_t k = 0; k < end; k++) sampler_rows_set(&rows, k, &samplers[k < count ? k : 0]);
+  sample_rows(&rows, count, PAIR_VERTEX + PAIR_SCATTER, x, y);
+  for (uint32_t k = 0; k < count; k++) out[k] = (Vec2){unit_float(x[k]), unit_float(y[k])};
+}
+
 // The scatter rays of one surface are samples of one sequence that goes on with the pixel's samples, so that they lie
 // evenly among themselves and with those of the samples before.
 static inline void classic_scatter(Classic *c, const Path *p, const PathVertex *v, const ClassicLobes *lobes)
 {
   const uint32_t count = (uint32_t)lobes->count, at = (uint32_t)(p - c->chain.paths);
   const uint32_t seed = hash_combine(p->pass->seed, 0x5ca77e5u + (uint32_t)p->depth);
-  SamplerRows rows = {0};
-  uint32_t x[SAMPLER_ROWS], y[SAMPLER_ROWS];
   for (uint32_t first = 0; first < count; first += SAMPLER_ROWS) {
     const uint32_t chunk = count - first < SAMPLER_ROWS ? count - first : SAMPLER_ROWS;
     Sampler samplers[SAMPLER_ROWS];
-    for (uint32_t k = 0; k < chunk; k++) {
-      samplers[k] = sampler_begin(c->x[at], c->y[at], c->sample * count + first + k, seed);
-      sampler_rows_set(&rows, k, &samplers[k]);
-    }
-    sample_rows(&rows, chunk, PAIR_VERTEX + PAIR_SCATTER, x, y);
+    Vec2 u[SAMPLER_ROWS];
     for (uint32_t k = 0; k < chunk; k++)
-      classic_send(c, p, v, lobes, &samplers[k], (Vec2){unit_float(x[k]), unit_float(y[k])});
+      samplers[k] = sampler_begin(c->x[at], c->y[at], c->sample * count + first + k, seed);
+    classic_draw(samplers, chunk, u);
+    for (uint32_t k = 0; k < chunk; k++) classic_send(c, p, v, lobes, &samplers[k], u[k]);
   }
 }
 
@@ -218,6 +227,7 @@ static inline bool classic_step(Classic *c, Path *p, Ray *ray, const Hit *hit, F
   const ClassicLobes lobes = classic_lobes(&v, is_matt ? (float)pass->settings.scatter : 0);
   if (!bsdf_is_delta(&v.bsdf)) classic_chain_lights(&c->chain, p, &v, &lobes);
   classic_scatter(c, p, &v, &lobes);
+  if (!lobes.has_shine) return false;
   v.bsdf = lobes.shine;
   return path_scatter(p, &v, path_draw(p, PAIR_CHOICES).x, ray);
 }

@@ -353,12 +353,17 @@ static RARE Vec3 add_extras(const Bsdf *b, const BsdfView *v, Vec3 wl, Vec3 f, f
   return f;
 }
 
+static inline Vec3 eval_matt(const Bsdf *b, const BsdfView *v, Vec3 wl)
+{
+  float diffuse, multiple;
+  shares_at(b, wl, &diffuse, &multiple);
+  return (b->diffuse * (v->diffuse_share * diffuse) + b->multiple * (v->multiple_share * multiple)) * (wl[2] / PI);
+}
+
 static inline Vec3 eval_reflection(const Bsdf *b, const BsdfView *v, Vec3 wl, float *pdf)
 {
-  float diffuse, multiple, density;
-  shares_at(b, wl, &diffuse, &multiple);
-  Vec3 f = (b->diffuse * (v->diffuse_share * diffuse) + b->multiple * (v->multiple_share * multiple)) *
-           (wl[2] / PI);
+  float density;
+  Vec3 f = eval_matt(b, v, wl);
   *pdf = v->p_diffuse * wl[2] / PI + v->p_multiple * multiple_pdf(b, wl[2]);
   const float cos = half_cos(v->wo, wl);
   if (b->alpha > 0 && bsdf_has_specular(b)) {
@@ -428,6 +433,14 @@ static inline Vec3 bsdf_eval_view(const Bsdf *b, const BsdfView *v, Vec3 wl, flo
   const float outer = v3_dot(wl, b->ng);
   if (!(v->wo[2] > 0) || !(local[2] * outer > 0)) return v3_all(0);
   return local[2] > 0 ? eval_reflection(b, v, local, pdf) : eval_transmission(b, v, local, pdf);
+}
+
+// What of that diffuse and multiple give.
+static inline Vec3 bsdf_eval_matt(const Bsdf *b, const BsdfView *v, Vec3 wl)
+{
+  const Vec3 local = frame_local(&b->frame, wl);
+  if (!(v->wo[2] > 0) || !(local[2] > 0) || !(v3_dot(wl, b->ng) > 0)) return v3_all(0);
+  return eval_matt(b, v, local) * under_layers(b, v, local);
 }
 
 // f(wo, wl) |cos(n, wl)|, and the density with which bsdf_sample() would give wl (0 for its delta lobes, which add
@@ -531,11 +544,10 @@ static inline bool sample_lobe(const Bsdf *b, const BsdfView *v, float u_lobe, V
 
 // Chooses wl for scattering towards wo; u_lobe and u in [0, 1). False: the light is absorbed (also when the direction
 // falls on the wrong side of the surface), and *out means nothing.
-static inline bool bsdf_sample(const Bsdf *b, Vec3 wo, float u_lobe, Vec2 u, BsdfSample *out)
+static inline bool bsdf_sample_view(const Bsdf *b, const BsdfView *v, float u_lobe, Vec2 u, BsdfSample *out)
 {
-  const BsdfView v = bsdf_view(b, frame_local(&b->frame, wo));
   *out = (BsdfSample){0};
-  if (!(v.wo[2] > 0) || !sample_lobe(b, &v, u_lobe, u, out)) return false;
+  if (!(v->wo[2] > 0) || !sample_lobe(b, v, u_lobe, u, out)) return false;
   const Vec3 local = out->wl;
   // A microfacet may send light below the surface it belongs to, where it is lost to the single-bounce model.
   if (out->is_transmission != (local[2] < 0)) return false;
@@ -543,13 +555,19 @@ static inline bool bsdf_sample(const Bsdf *b, Vec3 wo, float u_lobe, Vec2 u, Bsd
   if (out->is_delta) {
     if (!(local[2] * v3_dot(out->wl, b->ng) > 0) || !(out->pdf > 0)) return false;
     // The coat's own reflection is not under itself.
-    const bool is_coat = u_lobe < v.p_coat;
-    out->weight *= (is_coat ? 1 : under_layers(b, &v, local)) / out->pdf;
+    const bool is_coat = u_lobe < v->p_coat;
+    out->weight *= (is_coat ? 1 : under_layers(b, v, local)) / out->pdf;
     return true;
   }
-  const Vec3 f = bsdf_eval_view(b, &v, out->wl, &out->pdf);
+  const Vec3 f = bsdf_eval_view(b, v, out->wl, &out->pdf);
   out->weight = f / out->pdf;
   return out->pdf > 0 && isfinite(out->pdf);
+}
+
+static inline bool bsdf_sample(const Bsdf *b, Vec3 wo, float u_lobe, Vec2 u, BsdfSample *out)
+{
+  const BsdfView v = bsdf_view(b, frame_local(&b->frame, wo));
+  return bsdf_sample_view(b, &v, u_lobe, u, out);
 }
 
 #endif
