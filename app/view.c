@@ -186,7 +186,7 @@ static void run_person(View *v)
       wait = 0;
     }
     v->clock = seconds_now();
-    file_step(v);
+    view_check_file(v);
     shot_step(v);
     view_turn(v, v->clock - last);
     last = v->clock;
@@ -275,14 +275,14 @@ static ExitCode run_view(const Args *args)
   if (!v->code) v->code = engine_open(&v->engine, (int)args_integer(args, "threads", 0), args_text(args, "isa"));
   if (!v->code) {
     begin(v);
-    file_open(v, args->operands[0]);
+    view_open(v, args->operands[0]);
     if (v->script)
       run_script(v);
     else
       run_person(v);
     print_stats(v);
   }
-  if (v->engine) file_finish(v);
+  if (v->engine) view_close_file(v);
   shot_finish(v);
   rf_live_destroy(v->live);
   rf_world_destroy(v->world);

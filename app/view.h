@@ -112,10 +112,10 @@ typedef struct View {
 } View;
 
 // view_file.c: loading, reloading, saving
-void file_open(View *v, const char *path); // begins it; the old scene stays until it is done
-void file_step(View *v);                   // takes over what was loaded; looks whether the file has changed
-void file_save(View *v);
-void file_finish(View *v);
+void view_open(View *v, const char *path); // begins it; the old scene stays until it is done
+void view_check_file(View *v);                   // takes over what was loaded; looks whether the file has changed
+void view_save(View *v);
+void view_close_file(View *v);
 bool scene_take(View *v, double seconds, rf_scene **out); // rf_live_borrow() with a note when it is busy
 
 // view_pick.c: the object under the mouse and its values

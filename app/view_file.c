@@ -73,10 +73,10 @@ static void *load_main(void *user)
   return NULL;
 }
 
-void file_open(View *v, const char *path)
+void view_open(View *v, const char *path)
 {
   Loader *l = &v->loader;
-  if (l->is_running) return; // file_step() will see that the file has changed
+  if (l->is_running) return; // view_check_file() will see that the file has changed
   snprintf(l->path, sizeof l->path, "%s", path);
   l->is_done = false;
   if (!strcmp(path, v->path)) look_at_date(v);
@@ -149,7 +149,7 @@ static void show_scene(View *v, rf_scene *s)
   v->kind->title(v->screen, title);
 }
 
-void file_step(View *v)
+void view_check_file(View *v)
 {
   Loader *l = &v->loader;
   pthread_mutex_lock(&l->mutex);
@@ -170,10 +170,10 @@ void file_step(View *v)
   }
   if (!v->live || v->clock < v->next_look) return;
   v->next_look = v->clock + LOOK_EVERY * 1e-3;
-  if (has_changed(v)) file_open(v, v->path);
+  if (has_changed(v)) view_open(v, v->path);
 }
 
-void file_finish(View *v)
+void view_close_file(View *v)
 {
   Loader *l = &v->loader;
   if (l->is_running && !v->script) {
@@ -193,7 +193,7 @@ bool scene_take(View *v, double seconds, rf_scene **out)
 }
 
 // A scene file is written over; a model gets a scene file beside it.
-void file_save(View *v)
+void view_save(View *v)
 {
   char path[1100];
   rf_scene *s;

@@ -177,7 +177,7 @@ static void light_to_eye(View *v, const Event *e)
 static void save(View *v, const Event *e)
 {
   (void)e;
-  file_save(v);
+  view_save(v);
 }
 
 // --- the rest -------------------------------------------------------------------------------------
@@ -385,7 +385,7 @@ void input_event(View *v, const Event *e)
     v->height = e->y;
     v->is_dirty = v->is_asked = true;
     return;
-  case EVENT_DROP: file_open(v, e->path); return;
+  case EVENT_DROP: view_open(v, e->path); return;
   }
 }
 

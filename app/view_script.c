@@ -27,11 +27,11 @@ struct Script {
 static void frame(View *v)
 {
   const double step = 1.0 / 60;
-  file_step(v);
+  view_check_file(v);
   v->clock += step;
   view_turn(v, step);
   if (v->live) rf_live_step(v->live);
-  file_step(v);
+  view_check_file(v);
   shot_step(v);
   view_show(v);
 }
