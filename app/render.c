@@ -104,7 +104,7 @@ static const Option render_options[] = {
      .initial = "as the scene says",
      .path = "render.integrator",
      .sentence =
-         "path, classic, or a view of the scene: normal, depth, albedo, uv, id, bary, cost. A view is saved as it "
+         "path, classic, whitted, or a view of the scene: normal, depth, albedo, uv, id, bary, cost. A view is saved as it "
          "is, whatever the scene's develop says: linear tone curve, exposure 0, but for what --set "
          "develop.FIELD changes."},
     {.name = "max-depth",
@@ -385,7 +385,7 @@ static ExitCode rehearse_settings(Render *r)
 static ExitCode develop_view_as_it_is(Render *r)
 {
   const char *integrator = rf_scene_render_def(r->scene, NULL, NULL).integrator;
-  if (!strcmp(integrator, "path") || !strcmp(integrator, "classic")) return EXIT_DONE;
+  if (!strcmp(integrator, "path") || !strcmp(integrator, "classic") || !strcmp(integrator, "whitted")) return EXIT_DONE;
   if (!rf_set(r->scene, "develop", "{\"tone_curve\": \"linear\"}") ||
       !rf_set(r->scene, "render.denoise", "\"off\""))
     return fail_library(r->engine);

@@ -158,7 +158,8 @@ ExitCode stage_build(rf_engine *engine, rf_scene *scene, const rf_world *model, 
   put_camera(&s, model, aspect);
   put_lights(&s);
   const bool is_picture = (is_value(engine, scene, "render.integrator", "\"path\"") ||
-                           is_value(engine, scene, "render.integrator", "\"classic\"")) &&
+                           is_value(engine, scene, "render.integrator", "\"classic\"") ||
+                           is_value(engine, scene, "render.integrator", "\"whitted\"")) &&
                           is_value(engine, scene, "render.transparent", "false");
   if (is_picture) put_floor(&s);
   return s.code;

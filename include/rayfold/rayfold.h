@@ -267,7 +267,7 @@ typedef struct rf_progress {
 } rf_progress;
 
 typedef struct rf_render_def {
-  const char *integrator;       // "path" or "classic", or a view: "normal", "depth", "albedo", "uv", "id", "bary", "cost"
+  const char *integrator;       // "path", "classic" or "whitted", or a view: "normal", "depth", "albedo", "uv", "id", "bary", "cost"
   int first_sample, end_sample; // samples of each pixel in this call: [first, end); those the film has are left out
   int part, part_end, parts;    // only parts [part, part_end) of the picture cut into so many; parts 0: all of it
   int max_depth, roulette_depth;

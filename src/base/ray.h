@@ -56,7 +56,18 @@ typedef struct SurfacePoint {
 } SurfacePoint;
 
 // Rays a thing can be seen by; a ray carries one bit, an instance a set of them.
-typedef enum RayMask { RAY_CAMERA = 1, RAY_SHADOW = 2, RAY_BOUNCE = 4, RAY_ALL = 7 } RayMask;
+typedef enum RayMask {
+  RAY_CAMERA = 1,
+  RAY_SHADOW = 2,
+  RAY_BOUNCE = 4,
+  RAY_ALL = 7,
+  // The same for integrators that tell actors from backgrounds.
+  RAY_ACTOR_CAMERA = 8,
+  RAY_ACTOR_SHADOW = 16,
+  RAY_ACTOR_BOUNCE = 32,
+  RAY_BACKGROUND_CAMERA = 64,
+  RAY_BACKGROUND_BOUNCE = 128,
+} RayMask;
 
 // Work done, for reports and the cost view. One per worker, added up at the end.
 typedef struct RayCounters {

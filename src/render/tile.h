@@ -6,6 +6,7 @@
 
 #include "render/classic.h"
 #include "render/views.h"
+#include "render/whitted.h"
 
 enum { BLOCK_SIDE = 8 };
 _Static_assert(BLOCK_SIDE *BLOCK_SIDE <= WAVE_SIZE, "a block's paths are one wave");
@@ -48,17 +49,38 @@ static inline void block_render(Classic *c, const RenderPass *pass, const Tile *
       if (!film_add(pass->film, x, y, sample, &w->seen[i++])) worker->bad_samples++;
 }
 
+static inline void block_whitted(Whitted *t, const RenderPass *pass, const Tile *block, uint32_t sample,
+                                 WorkerState *worker)
+{
+  whitted_begin(t, pass, &worker->rays);
+  for (uint32_t y = block->y0; y < block->y1; y++)
+    for (uint32_t x = block->x0; x < block->x1; x++) whitted_add(t, x, y, sample);
+  whitted_trace(t);
+  size_t i = 0;
+  for (uint32_t y = block->y0; y < block->y1; y++)
+    for (uint32_t x = block->x0; x < block->x1; x++)
+      if (!film_add(pass->film, x, y, sample, &t->seen[i++])) worker->bad_samples++;
+}
+
 static bool tile_render(const RenderPass *pass, Tile tile, WorkerState *worker)
 {
-  Classic c;
-  wave_place_eye(&c.chain, pass, &worker->rays);
-  wave_place_eye(&c.side, pass, &worker->rays);
+  union {
+    Classic c;
+    Whitted t;
+  } by;
+  if (pass->settings.integrator != INTEGRATOR_WHITTED) {
+    wave_place_eye(&by.c.chain, pass, &worker->rays);
+    wave_place_eye(&by.c.side, pass, &worker->rays);
+  }
   for (uint32_t y = tile.y0; y < tile.y1; y += BLOCK_SIDE)
     for (uint32_t x = tile.x0; x < tile.x1; x += BLOCK_SIDE) {
       const Tile block = {x, y, least_u32(x + BLOCK_SIDE, tile.x1), least_u32(y + BLOCK_SIDE, tile.y1)};
       for (uint32_t sample = pass->first_sample; sample < pass->end_sample; sample++) {
         if (is_cancelled(pass->cancel) || is_cancelled(pass->stop)) return false;
-        block_render(&c, pass, &block, sample, worker);
+        if (pass->settings.integrator == INTEGRATOR_WHITTED)
+          block_whitted(&by.t, pass, &block, sample, worker);
+        else
+          block_render(&by.c, pass, &block, sample, worker);
       }
     }
   return true;

@@ -59,6 +59,7 @@ static inline FilmSample view_render(const RenderPass *pass, Ray ray, Cone cone,
   case INTEGRATOR_BARY: out.radiance = v3(1 - hit->u - hit->v, hit->u, hit->v); break;
   case INTEGRATOR_COST:
   case INTEGRATOR_PATH:
+  case INTEGRATOR_WHITTED:
   case INTEGRATOR_CLASSIC: break;
   }
   return out;

@@ -9,6 +9,9 @@
 #define FIELD_OWNER RenderSettings
 static const Field render_fields[] = {RENDER_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER WhittedSettings
+static const Field whitted_fields[] = {WHITTED_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER DevelopSettings
 static const Field develop_fields[] = {DEVELOP_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -154,6 +157,7 @@ static const Field track_fields[] = {TRACK_FIELDS(FIELD_ROW)};
 #define KIND(name, fields, sentence) {name, fields, COUNT(fields), sentence}
 
 static const Kind render_kinds[] = {KIND("render", render_fields, "")};
+static const Kind whitted_kinds[] = {KIND("whitted", whitted_fields, "")};
 static const Kind develop_kinds[] = {KIND("develop", develop_fields, "")};
 static const Kind camera_kinds[] = {
     KIND("perspective", perspective_fields, "A thin lens: near things are larger, and blurred when out of focus."),
@@ -223,6 +227,8 @@ static const Kind track_kinds[] = {KIND("track", track_fields, "")};
 
 const Group group_render = {"render", "render settings", sizeof(RenderSettings), ONE_KIND(render_kinds),
                             .sentence = "How the picture is made."};
+const Group group_whitted = {"whitted", "whitted settings", sizeof(WhittedSettings), ONE_KIND(whitted_kinds),
+                             .sentence = "How the integrator `whitted` lights; the others do not look at it."};
 const Group group_develop = {"develop", "develop settings", sizeof(DevelopSettings), ONE_KIND(develop_kinds),
                              .sentence = "From light to the screen; float files do not see it."};
 const Group group_camera = {"camera", "camera", sizeof(Camera), .has_name = true, .kind_optional = true,

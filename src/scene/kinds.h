@@ -35,8 +35,8 @@ struct Group {
   const char *sentence;
 };
 
-extern const Group group_render, group_develop, group_camera, group_cameras, group_sky, group_texture, group_material,
-    group_medium, group_object, group_shape, group_light, group_timeline, group_track;
+extern const Group group_render, group_whitted, group_develop, group_camera, group_cameras, group_sky, group_texture,
+    group_material, group_medium, group_object, group_shape, group_light, group_timeline, group_track;
 
 // Sets kind and all fields to their defaults, the nested group to its kind 0; everything else in the struct is
 // cleared, and indices of bulk data are -1.

@@ -28,7 +28,7 @@
 
 // --- settings -----------------------------------------------------------------------------------
 #define RENDER_FIELDS(F)                                                                                            \
-  F(choice,  integrator, 0, 0, 0, "path|normal|depth|albedo|uv|id|bary|cost|classic", "What a pixel shows: light (`path`; or `classic`, mirror chains with scattered rays), or a debug view, which `rayfold render` saves untouched by `develop`.") \
+  F(choice,  integrator, 0, 0, 0, "path|normal|depth|albedo|uv|id|bary|cost|classic|whitted", "What a pixel shows: light (`path`; `classic`, mirror chains with scattered rays; `whitted`, direct light, mirrors and glass without chance), or a debug view, which `rayfold render` saves untouched by `develop`.") \
   F(size,    size, (1280, 720), 1, 32768, "px", "Width and height of the picture.")                                 \
   F(integer, spp, 64, 1, 524288, "", "Samples a pixel.")                                                            \
   F(integer, max_depth, 8, 0, 4096, "", "Most bounces of a path; 0 shows emitted light only, 1 direct light.")      \
@@ -45,8 +45,20 @@
   F(medium,  atmosphere, -1, 0, 0, "", "A homogeneous medium that fills all space, for lamps to shine in; no light of sky or sun comes through.") \
   F(choice,  denoise, 0, 0, 0, "off|fast|good|best", "How to take the noise out of the finished picture: our own filter, or a small or a full neural network.")
 FIELD_STRUCT(RenderSettings, RENDER_FIELDS);
+#define WHITTED_FIELDS(F)                                                                                             \
+  F(choice,  light_model, 0, 0, 0, "scene|lambert|phong|cook_torrance", "How surfaces are lit: as their materials say, or all in one way.") \
+  F(choice,  light_units, 0, 0, 0, "physical|classic", "In `classic` a point's intensity arrives undiminished and matt surfaces show it by their cosine, as in the first ray tracers.") \
+  F(color,   ambient, (0, 0, 0), 0, NO_LIMIT, "", "Light from everywhere, which no shadow stops.")                    \
+  F(choice,  shadows, 0, 0, 0, "transparent|hard|none", "`transparent`: glass colours the light that goes through it, straight on.") \
+  F(flag,    soft_shadows, 0, 0, 1, "", "Aim at all of a lamp, by chance, instead of at its middle: needs many samples.") \
+  F(flag,    fresnel, 1, 0, 1, "", "Glass reflects by Fresnel's formulas; false: by fixed weights, `reflect` and `transmit` of phong and cook_torrance.") \
+  F(real,    least_weight, 0.002, 0, 1, "", "A ray that can bring less than this to its pixel is not sent.")
+FIELD_STRUCT(WhittedSettings, WHITTED_FIELDS);
+typedef enum { LIGHT_MODEL_SCENE, LIGHT_MODEL_LAMBERT, LIGHT_MODEL_PHONG, LIGHT_MODEL_COOK_TORRANCE } LightModel;
+typedef enum { LIGHT_UNITS_PHYSICAL, LIGHT_UNITS_CLASSIC } LightUnits;
+typedef enum { SHADOWS_TRANSPARENT, SHADOWS_HARD, SHADOWS_NONE } ShadowKind;
 typedef enum { INTEGRATOR_PATH, INTEGRATOR_NORMAL, INTEGRATOR_DEPTH, INTEGRATOR_ALBEDO, INTEGRATOR_UV,
-               INTEGRATOR_ID, INTEGRATOR_BARY, INTEGRATOR_COST, INTEGRATOR_CLASSIC } Integrator;
+               INTEGRATOR_ID, INTEGRATOR_BARY, INTEGRATOR_COST, INTEGRATOR_CLASSIC, INTEGRATOR_WHITTED } Integrator;
 typedef enum { SCENE_TREE_FAST, SCENE_TREE_BEST } SceneTree; // accel/ has its own, in the same order
 typedef enum { DENOISE_OFF, DENOISE_FAST, DENOISE_GOOD, DENOISE_BEST } DenoiseKind;
 typedef enum { FILTER_BOX, FILTER_BLACKMAN_HARRIS, FILTER_GAUSSIAN } FilterKind;
@@ -302,12 +314,20 @@ typedef struct Texture {
   F(texture, alpha_texture, -1, 0, 0, "", "Multiplies alpha; its red channel.")                                     \
   F(texture, normal_texture, -1, 0, 0, "", "Tangent-space normals, 0..1 stands for -1..1, green up.")               \
   F(real,    normal_strength, 1, 0, 16, "", "Strength of the normal texture.")
+// What phong and cook_torrance send on; a path tracer does not ask for it.
+#define SENT_FIELDS(F)                                                                                                \
+  F(color,   reflect, (0, 0, 0), 0, 1, "", "Weight of the mirror ray, for the whitted integrator alone.")             \
+  F(color,   transmit, (0, 0, 0), 0, 1, "", "Weight of the refracted ray, for the whitted integrator alone.")         \
+  F(real,    ior, 1.5, 1, 5, "", "Index of refraction of what is transmitted.")                                       \
+  F(color,   attenuation_color, (1, 1, 1), 0, 1, "", "What is left of transmitted white light after attenuation_distance.") \
+  F(real,    attenuation_distance, 0, 0, NO_LIMIT, "m", "0 is clear.")
 #define PHONG_FIELDS(F)                                                                                               \
   F(color,   ambient, (0.1, 0.1, 0.1), 0, 1, "", "Times the whitted integrator's ambient light; a path tracer finds out itself.") \
   F(color,   diffuse, (0.6, 0.6, 0.6), 0, 1, "", "Part of the light that is scattered.")                              \
   F(texture, diffuse_texture, -1, 0, 0, "", "Multiplies diffuse.")                                                    \
   F(color,   specular, (0.3, 0.3, 0.3), 0, 1, "", "Part that is reflected; where diffuse + specular exceed 1, both are scaled down.") \
-  F(real,    exponent, 50, 0, 10000, "", "Sharpness of the highlight.")
+  F(real,    exponent, 50, 0, 10000, "", "Sharpness of the highlight.")                                               \
+  SENT_FIELDS(F)
 #define COOK_TORRANCE_FIELDS(F)                                                                                       \
   F(color,   ambient, (0.1, 0.1, 0.1), 0, 1, "", "Times the whitted integrator's ambient light; a path tracer finds out itself.") \
   F(color,   diffuse, (0.6, 0.6, 0.6), 0, 1, "", "Part of the light that is scattered.")                              \
@@ -316,7 +336,8 @@ typedef struct Texture {
   F(color,   f0, (0.04, 0.04, 0.04), 0, 1, "", "What a facet reflects at normal incidence (Schlick); a metal has its colour here.") \
   F(real,    roughness, 0.3, 0.02, 1, "", "Slope of the facets, the m of Cook and Torrance.")                         \
   F(choice,  distribution, 0, 0, 0, "beckmann|gaussian", "How the facets lie: as a rough surface's, or c exp(-(angle / m)^2).") \
-  F(real,    c, 0, 0, 1000, "", "Height of gaussian; 0, and all that would make light, is the most that makes none.")
+  F(real,    c, 0, 0, 1000, "", "Height of gaussian; 0, and all that would make light, is the most that makes none.") \
+  SENT_FIELDS(F)
 #define STUDIO_FIELDS(F)                                                                                              \
   F(color,   color, (0.7, 0.7, 0.7), 0, 1, "", "Colour of the body.")                                                 \
   F(texture, color_texture, -1, 0, 0, "", "Multiplies color.")                                                        \
@@ -440,8 +461,10 @@ typedef struct Mesh {
   F(matrix, matrix, 0, -NO_LIMIT, NO_LIMIT, "", "The whole map, 16 numbers, column by column; then the three above must be absent.") \
   F(flag,   visible_to_camera, 1, 0, 1, "", "False: only in reflections and shadows.")                              \
   F(flag,   casts_shadow, 1, 0, 1, "", "False: light passes it on the way to a surface.")                            \
+  F(choice, role, 0, 0, 0, "actor|background", "For the whitted integrator: a background is not asked where an actor was met, and throws no shadow.") \
   F(object, part_of, -1, 0, 0, "", "Name of an object of kind csg, further up in the list, that this one is a part of; its place is then relative to that.")
 FIELD_STRUCT(ObjectCommon, OBJECT_FIELDS);
+typedef enum { ROLE_ACTOR, ROLE_BACKGROUND } ObjectRole;
 
 #define SHAPE_MESH_FIELDS(F) \
   F(file, file, NULL, 0, 0, "", "A model (obj, gltf, glb, ply, stl, rfm) or another scene (json), placed as a whole.")
@@ -614,6 +637,7 @@ struct Scene {
   const char *root;    // the folder files must lie in, as loaded; NULL: the folder of path
   bool allow_outside;  // as loaded
   RenderSettings render;
+  WhittedSettings whitted;
   DevelopSettings develop;
   Sky sky;
   bool is_model;       // of a format that describes things, not pictures: no scene file

@@ -23,6 +23,7 @@
 
 const Section scene_sections[SECTION_COUNT] = {
     ONE(group_render, render),
+    ONE(group_whitted, whitted),
     ONE(group_develop, develop),
     ONE_GIVEN(group_camera, camera),
     MANY(group_cameras, SECTION_BY_NAME, cameras),

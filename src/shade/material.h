@@ -59,6 +59,7 @@ typedef struct SurfaceMaterial {
   Vec3 gloss_f0;       // Fresnel reflectance at normal incidence; phong: 1
   float gloss_width;   // phong: exponent; cook_torrance: m
   float gloss_c;       // gaussian: height of the distribution, 1 over its total cosine at most
+  Vec3 mirrored, passed; // weights of rays sent on, for integrators that send both
   float gloss_given_c; // the height as the scene has it; 0: none
 
   // Of a mix: the two, as distances from this one in the world's list, and how much of the second.

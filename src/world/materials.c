@@ -259,6 +259,10 @@ static SurfaceMaterial from_phong(Prepare *p, Source *source, const Phong *m, bo
   s.distribution = GLOSS_PHONG;
   s.gloss_width = m->exponent;
   s.gloss_f0 = v3_all(1);
+  s.mirrored = v3_load(m->reflect);
+  s.passed = v3_load(m->transmit);
+  s.ior = m->ior;
+  s.absorption = absorption(m->attenuation_color, m->attenuation_distance);
   s.color_map.map = prepare_texture(p, source, m->diffuse_texture, true, ok);
   return s;
 }
@@ -288,6 +292,10 @@ static SurfaceMaterial from_cook_torrance(Prepare *p, Source *source, const Cook
   s.gloss_given_c = m->c;
   const float most = gaussian_height(m->roughness);
   s.gloss_c = m->c > 0 ? min_f(m->c, most) : most;
+  s.mirrored = v3_load(m->reflect);
+  s.passed = v3_load(m->transmit);
+  s.ior = m->ior;
+  s.absorption = absorption(m->attenuation_color, m->attenuation_distance);
   s.color_map.map = prepare_texture(p, source, m->diffuse_texture, true, ok);
   return s;
 }

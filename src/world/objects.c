@@ -12,6 +12,7 @@ typedef struct Level { // one scene being walked
   int32_t material;    // override, index into the world's; -1: none
   int32_t volume;      // what fills its objects, index into the world's; -1: none
   uint8_t mask;
+  bool is_background;
 } Level;
 
 static bool frames_equal(const Frame *a, const Frame *b)
@@ -19,9 +20,21 @@ static bool frames_equal(const Frame *a, const Frame *b)
   return v3_is_zero(a->x - b->x) && v3_is_zero(a->y - b->y) && v3_is_zero(a->z - b->z) && v3_is_zero(a->p - b->p);
 }
 
+// Bits for integrators that tell roles apart: whatever the plain bits allow, by role.
+static uint8_t mask_of_role(uint8_t mask, bool is_background)
+{
+  if (is_background)
+    return (uint8_t)(mask | (mask & RAY_CAMERA ? RAY_BACKGROUND_CAMERA : 0) | (mask & RAY_BOUNCE ? RAY_BACKGROUND_BOUNCE : 0));
+  return (uint8_t)(mask | (mask & RAY_CAMERA ? RAY_ACTOR_CAMERA : 0) | (mask & RAY_SHADOW ? RAY_ACTOR_SHADOW : 0) |
+                   (mask & RAY_BOUNCE ? RAY_ACTOR_BOUNCE : 0));
+}
+
 bool prepare_add_instance(Prepare *p, const Instance *instance, const WorldInstance *shading, int32_t mesh_part)
 {
   Instance i = *instance;
+  const bool is_background = shading->is_background;
+  i.mask = mask_of_role(i.mask, is_background);
+  p->world->has_background |= is_background;
   const Frame identity = frame_identity();
   i.object_from_world = frame_inverse(&i.world_from_object);
   i.is_identity = frames_equal(&i.world_from_object, &identity);
@@ -141,7 +154,8 @@ static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t m
 {
   const Frame own = object_frame(&o->common);
   Placing at = {.instance = {.world_from_object = frame_product(&level->frame, &own), .mask = level->mask},
-                .surface = {.object_i = object_i},
+                .surface = {.object_i = object_i,
+                            .is_background = level->is_background || o->common.role == ROLE_BACKGROUND},
                 .volume = volume_of(level, o)};
   Instance *i = &at.instance;
   if (at.volume >= 0 && !can_be_filled(o->shape.kind))
@@ -228,7 +242,7 @@ static Level enter(const Prepare *p, const Level *level, const Object *o, int32_
 {
   const Frame own = object_frame(&o->common);
   Level below = {.frame = frame_product(&level->frame, &own), .material = material, .volume = volume_of(level, o),
-                 .mask = level->mask};
+                 .mask = level->mask, .is_background = level->is_background || o->common.role == ROLE_BACKGROUND};
   below.source = &p->sources.items[level->source->model_base + (uint32_t)o->shape.model_i];
   if (!o->common.visible_to_camera) below.mask &= (uint8_t)~RAY_CAMERA;
   if (!o->common.casts_shadow) below.mask &= (uint8_t)~RAY_SHADOW;

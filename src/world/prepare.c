@@ -28,6 +28,10 @@ static bool add_default_material(Prepare *p)
 
 static void set_filters(Prepare *p)
 {
+  for (size_t i = 0; i < p->materials.count; i++) {
+    const SurfaceMaterial *m = &p->materials.items[i];
+    p->world->has_panes |= m->transmission > 0 || !v3_is_zero(m->passed);
+  }
   for (size_t i = 0; i < p->instances.count; i++) {
     const WorldInstance *w = &p->shading.items[i];
     for (uint32_t s = 0; s < w->slot_count; s++)
@@ -130,6 +134,8 @@ World *world_prepare(const Scene *s, const World *previous, const LoadOptions *o
   }
   atomic_init(&w->users, 1);
   w->parts = parts;
+  w->whitted = s->whitted;
+  w->whitted_ambient = v3_load(s->whitted.ambient);
   parts->tree_options.layout = s->render.compact ? TREE_COMPACT : TREE_FLOAT;
   parts->tree_options.quality = s->render.tree == SCENE_TREE_BEST ? TREE_BEST : TREE_FAST;
   Prepare p = {.scene = s, .options = options, .previous = previous ? previous->parts : NULL, .jobs = jobs,

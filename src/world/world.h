@@ -23,6 +23,7 @@ typedef struct WorldInstance {
   const uint32_t *materials;   // slot -> index into World.materials
   uint32_t slot_count;         // at least 1
   const int32_t *emitters;     // one a triangle (or one, for a shape): index of its emitter, -1; NULL: none shine
+  bool is_background;          // by its role
   uint32_t object_i;           // which object of the main scene it came from, for picking and ids
   uint32_t medium;             // what fills it: 1 + index into World.media; 0: nothing
 } WorldInstance;
@@ -53,6 +54,9 @@ struct World {
   bool has_atmosphere;         // the last of media
   Accel *media_accel;          // over the boundaries; NULL: there are none
   LightSet lights;
+  WhittedSettings whitted;     // as the scene has them
+  Vec3 whitted_ambient;
+  bool has_background, has_panes; // objects of that role; materials that let light through
   float lo[3], hi[3];          // bounds; lo > hi when there is nothing
   size_t triangle_count, unique_triangle_count, geometry_bytes, texture_bytes;
   size_t tree_bytes;           // of geometry_bytes: without the meshes' own arrays
