@@ -92,7 +92,7 @@ static inline void whitted_add(Whitted *t, uint32_t x, uint32_t y, uint32_t samp
   const Vec2 lens = pass->eye.aperture > 0 ? sample_pair(&sampler, PAIR_LENS) : (Vec2){0, 0};
   const Ray ray = eye_ray(&pass->eye, width, height, (Vec2){(float)x + 0.5f + off.x, (float)y + 0.5f + off.y}, lens);
   const float share = 1 / sqrtf((float)sample + 1);
-  const Cone cone = eye_cone(&pass->eye, height, ray.d);
+  const Cone cone = pass->world->whitted.filter_textures ? eye_cone(&pass->eye, height, ray.d) : (Cone){0, 0};
   t->samplers[i] = sampler;
   t->seen[i] = (FilmSample){.alpha = 1};
   t->signature[i] = 0;

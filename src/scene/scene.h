@@ -52,6 +52,7 @@ FIELD_STRUCT(RenderSettings, RENDER_FIELDS);
   F(choice,  shadows, 0, 0, 0, "transparent|hard|none", "`transparent`: glass colours the light that goes through it, straight on.") \
   F(flag,    soft_shadows, 0, 0, 1, "", "Aim at all of a lamp, by chance, instead of at its middle: needs many samples.") \
   F(flag,    fresnel, 1, 0, 1, "", "Glass reflects by Fresnel's formulas; false: by fixed weights, `reflect` and `transmit` of phong and cook_torrance.") \
+  F(flag,    filter_textures, 1, 0, 1, "", "False: textures are looked up at points, as the first ray tracers did.") \
   F(real,    least_weight, 0.002, 0, 1, "", "A ray that can bring less than this to its pixel is not sent.")
 FIELD_STRUCT(WhittedSettings, WHITTED_FIELDS);
 typedef enum { LIGHT_MODEL_SCENE, LIGHT_MODEL_LAMBERT, LIGHT_MODEL_PHONG, LIGHT_MODEL_COOK_TORRANCE } LightModel;
