@@ -84,7 +84,7 @@ typedef struct Section {
   size_t given_offset;
 } Section;
 
-enum { SECTION_COUNT = 12 };
+enum { SECTION_COUNT = 13 };
 extern const Section scene_sections[SECTION_COUNT]; // in the order of the scene file
 
 const Section *section_find(const char *name); // NULL: none of that name
