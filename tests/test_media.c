@@ -272,9 +272,119 @@ TEST(two_media_are_one_of_twice_the_density)
   CHECK_MSG(error < 0.01 * (double)one.mean[1], "too noisy to tell: %.3g", error);
 }
 
+// --- media that differ from place to place ------------------------------------------------------------
+
+// A ball with waves and a homogeneous one, overlapping.
+static Scene *ball_scene(float scattering, float absorption)
+{
+  Scene *s = new_scene(1);
+  const int32_t i = scene_add_medium(s, MEDIUM_BALL, "ball");
+  Medium *m = &s->media.items[i];
+  set3(m->common.scattering, scattering, scattering, scattering);
+  set3(m->common.absorption, absorption, absorption, absorption);
+  m->ball.radius = 0.9f;
+  m->ball.waves = 9;
+  set3(m->ball.waves_origin, 0.1f, -0.2f, 0.3f);
+  add_box(s, -1, 0, 0, 0, 2, 2, 2)->common.medium = i;
+  return s;
+}
+
+// The ball's depth along a line parallel to z, by the midpoint rule.
+static double ball_depth(double x, double y)
+{
+  const int n = 20000;
+  double sum = 0;
+  for (int i = 0; i < n; i++) {
+    const double z = -1 + (i + 0.5) * 2 / n, r = sqrt(x * x + y * y + z * z);
+    if (r < 0.9) sum += (1 - r / 0.9) * (0.5 + 0.5 * sin(9 * (x - 0.1)) * sin(9 * (y + 0.2)) * sin(9 * (z - 0.3)));
+  }
+  return sum * 2 / n;
+}
+
+// Seen against the sky: a pure absorber by ratio tracking, one that scatters by delta tracking at depth 0. And a lamp
+// seen through it by ratio tracking of shadow rays.
+TEST(tracking_agrees_with_quadrature)
+{
+  const double want = exp(-4 * ball_depth(0.2, 0.1));
+  for (int k = 0; k < 2; k++) {
+    Scene *s = ball_scene(k ? 4 : 0, k ? 0 : 4);
+    s->render.max_depth = 0;
+    const Picture p = picture_of(s, parallel(0.2f, 0.1f, 5, 0.2f, 0.1f, 0, 1e-3f), 32, (uint32_t)(256 * test_intensity()));
+    printf("  %s %.5f, quadrature %.5f, error %.2g\n", k ? "delta" : "ratio", (double)p.mean[1], want, p.error);
+    CHECK_MSG(fabs((double)p.mean[1] - want) < 4 * p.error && p.error < 0.005 * want, "%.5f against %.5f +- %.2g",
+              (double)p.mean[1], want, p.error);
+  }
+  Scene *s = ball_scene(4, 0);
+  set3(s->sky.constant.color, 0, 0, 0);
+  add_quad(s, add_lambert(s, 1, 1, 1), 0, 0, -2, 0, 0, 50);
+  Light *l = add_light(s, LIGHT_POINT);
+  set3(l->point.position, 0.2f, 0.1f, 2);
+  set3(l->point.intensity, PI, PI, PI);
+  s->render.max_depth = 1;
+  const Picture p = picture_of(s, pinhole(1.7f, 0.1f, -1.8f, 0.2f, 0.1f, -2, 0.01f), 32, 64);
+  CHECK_MSG(fabs((double)p.mean[1] * 16 - want) < 4 * 16 * p.error && p.error * 16 < 0.005 * want, "%.5f against %.5f +- %.2g",
+            (double)p.mean[1] * 16, want, p.error * 16);
+}
+
+TEST(white_smoke_vanishes_in_a_white_sky)
+{
+  for (int k = 0; k < 3; k++) { // grey, coloured, two that overlap
+    Scene *s = ball_scene(6, 0);
+    if (k == 1) set3(s->media.items[0].common.scattering, 1, 3, 9);
+    if (k == 2) set3(add_medium(s, 0, 0)->scattering, 0.5f, 1, 2);
+    if (k == 2) add_sphere(s, -1, 0.3f, 0, 0, 0.8f)->common.medium = last_medium(s);
+    s->render.max_depth = 1000;
+    const Picture p = picture_of(s, pinhole(0, 0, 5, 0, 0, 0, 22), 24, 64);
+    for (int c = 0; c < 3; c++)
+      CHECK_MSG(fabsf(p.mean[c] - 1) < (k ? 0.015f : 0.005f), "case %d: %.5f +- %.5f", k, (double)p.mean[c], p.error);
+  }
+}
+
+TEST(two_smokes_are_one_of_twice_the_density)
+{
+  Picture p[2];
+  for (int k = 0; k < 2; k++) {
+    Scene *s = ball_scene(k ? 4 : 8, k ? 0.5f : 1);
+    if (k) add_box(s, -1, 0, 0, 0, 2, 2, 2)->common.medium = 0;
+    p[k] = picture_of(s, pinhole(0, 0, 5, 0, 0, 0, 22), 24, 128);
+  }
+  const double error = sqrt(p[0].error * p[0].error + p[1].error * p[1].error);
+  CHECK_NEAR(p[0].mean[1], p[1].mean[1], 4 * error);
+  CHECK(error < 0.01);
+}
+
+// The march's promise: its brightness does not hang on how many steps it takes.
+TEST(a_march_is_as_bright_in_few_steps_as_in_many)
+{
+  float mean[4];
+  const int32_t steps[4] = {0, 8, 16, 64}; // 0: exact
+  for (int k = 0; k < 4; k++) {
+    Scene *s = ball_scene(6, 0.5f);
+    s->render.volumes = steps[k] ? VOLUMES_MARCH : VOLUMES_EXACT;
+    s->render.volume_steps = steps[k] ? steps[k] : 1;
+    s->render.max_depth = 16;
+    mean[k] = picture_of(s, pinhole(0, 0, 5, 0, 0, 0, 22), 24, 64).mean[1];
+  }
+  printf("  exact %.4f; 8 steps %.4f, 16 %.4f, 64 %.4f\n", (double)mean[0], (double)mean[1], (double)mean[2], (double)mean[3]);
+  for (int k = 1; k < 4; k++) CHECK_NEAR(mean[k], mean[0], 0.01 * (double)mean[0]);
+}
+
+TEST(smoke_glows)
+{
+  Scene *s = ball_scene(0, 0.3f);
+  set3(s->sky.constant.color, 0, 0, 0);
+  set3(s->media.items[0].common.emission, 2, 2, 2);
+  const Picture p = picture_of(s, parallel(0.2f, 0.1f, 5, 0.2f, 0.1f, 0, 1e-3f), 32, 64);
+  const double want = 2 / 0.3 * (1 - exp(-0.3 * ball_depth(0.2, 0.1))); // emission and absorption go together
+  CHECK_MSG(fabs((double)p.mean[1] - want) < 4 * p.error && p.error < 0.01 * want, "%.5f against %.5f +- %.2g",
+            (double)p.mean[1], want, p.error);
+}
+
 TEST(every_instruction_set_sees_the_same_fog)
 {
   Scene *s = fog_scene(true);
+  s->media.items[0].kind = MEDIUM_BALL;
+  s->media.items[0].ball = (MediumBall){.radius = 1, .waves = 5};
   World *w = world_of(s);
   Film *films[ISA_COUNT] = {0};
   for (int level = 0; level < ISA_COUNT; level++) {

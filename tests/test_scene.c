@@ -159,7 +159,7 @@ static void add_random(Scene *s)
     if (k == MATERIAL_MIX && s->materials.items[i].mix.first == i) s->materials.items[i].mix.first = -1;
     if (k == MATERIAL_MIX && s->materials.items[i].mix.second == i) s->materials.items[i].mix.second = -1;
   }
-  for (int k = 0; k < 1; k++)
+  for (int k = 0; k < 5; k++)
     if ((i = scene_add_medium(s, (MediumKind)k, NULL)) >= 0) randomise(s, &group_medium, &s->media.items[i]);
   for (int k = 0; k < 3; k++)
     if ((i = scene_add_camera(s, (CameraKind)k, NULL)) >= 0)

@@ -4,7 +4,7 @@
 set -u
 needed="gcc libc6-dev cmake ninja-build pkg-config libjansson-dev"
 # Without one of these a picture format, compressed models or the window is left out, and the rest works.
-optional="libpng-dev libturbojpeg0-dev libwebp-dev libopenexr-dev libstb-dev libmeshoptimizer-dev libsdl2-dev fonts-dejavu-core"
+optional="libpng-dev libturbojpeg0-dev libwebp-dev libopenexr-dev libstb-dev libmeshoptimizer-dev libnanovdb-dev libsdl2-dev fonts-dejavu-core"
 [ "${1:-build}" = test ] && needed="$needed g++ clang xvfb $optional" optional=""
 
 missing() { # packages...: prints those that are not there, each with a space before it

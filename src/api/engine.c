@@ -88,6 +88,11 @@ const char *rf_features(void)
 #else
       "compressed glTF: " OUT("libmeshoptimizer-dev") "\n"
 #endif
+#if RAYFOLD_HAVE_NANOVDB
+      "sparse volumes: NanoVDB\n"
+#else
+      "sparse volumes: " OUT("libnanovdb-dev") "\n"
+#endif
       "Radiance HDR, PFM, OBJ, PLY, STL, glTF, saved models: built in\n";
 }
 

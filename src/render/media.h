@@ -11,6 +11,10 @@
 // A homogeneous stretch is sampled in closed form: the distance by one channel's extinction, weighed against all three
 // (balance heuristic over channels; pbrt-v4, section 14.2), so that coloured fog is as quiet as grey.
 //
+// Where a medium differs from place to place, light is followed by delta tracking and seen through by ratio tracking,
+// both against local bounds; or, for speed, by steps (render.volumes: march), which is a little too bright where steps
+// are long, as exp() of a mean is less than the mean of exp(). (See MediaTrack and media_march.)
+//
 // Does not know lights or surfaces: path.h does.
 
 #ifndef RAYFOLD_RENDER_MEDIA_H
@@ -169,6 +173,29 @@ static inline Volume media_sum(const World *w, const MediumSet *s)
   return sum;
 }
 
+// Whether any of the media differs from place to place.
+static inline bool media_differ(const World *w, const MediumSet *s)
+{
+  for (uint32_t i = 0; i < s->count; i++)
+    if (medium_volume(w, s->media[i])->density) return true;
+  return false;
+}
+
+// Media that overlap, as one that is everywhere what they are here.
+static inline Volume media_sum_at(const World *w, const MediumSet *s, Vec3 p)
+{
+  Volume sum = {0};
+  for (uint32_t i = 0; i < s->count; i++) {
+    const Volume *v = medium_volume(w, s->media[i]);
+    const float density =
+        v->density ? density_at(v->density, frame_point(&w->media[s->media[i]].medium_from_world, p)) : 1;
+    sum.scattering += density * v->scattering;
+    sum.extinction += density * v->extinction;
+    sum.emission += density * v->emission;
+  }
+  return sum;
+}
+
 // What is left after a distance; the distance may be infinite (Beer and Lambert).
 static inline Vec3 volume_fade(Vec3 extinction, float distance)
 {
@@ -226,13 +253,14 @@ static inline float volume_distance(const Volume *v, float length, Vec2 u, Vec3 
 
 // Which of several media that overlap has scattered light; the throughput holds the sum of their scattering and is
 // weighed for the one.
-static inline uint32_t media_pick(const World *w, const MediumSet *s, const Volume *sum, float u, Vec3 *throughput)
+static inline uint32_t media_pick(const World *w, const MediumSet *s, const Volume *sum, Vec3 p, float u, Vec3 *throughput)
 {
   if (s->count == 1) return s->media[0];
   Vec3 share[MOST_MEDIA];
-  float chance[MOST_MEDIA], total = 0;
+  float chance[MOST_MEDIA] = {0}, total = 0;
   for (uint32_t i = 0; i < s->count; i++) {
-    const Vec3 scattering = medium_volume(w, s->media[i])->scattering;
+    const MediumSet one = {1, {s->media[i]}};
+    const Vec3 scattering = media_sum_at(w, &one, p).scattering;
     for (int k = 0; k < 3; k++) share[i][k] = sum->scattering[k] > 0 ? scattering[k] / sum->scattering[k] : 0;
     share[i][3] = 0;
     total += chance[i] = v3_mean(share[i] * *throughput);
@@ -241,6 +269,127 @@ static inline uint32_t media_pick(const World *w, const MediumSet *s, const Volu
   for (float at = u * total; i + 1 < s->count && at >= chance[i]; i++) at -= chance[i];
   *throughput = chance[i] > 0 ? *throughput * share[i] * (total / chance[i]) : v3_all(0);
   return s->media[i];
+}
+
+// --- media that differ from place to place --------------------------------------------------------------
+
+// What decides along one stretch: numbers that are a function of a seed and of how many were taken.
+typedef struct MediaDice {
+  uint32_t seed, taken;
+} MediaDice;
+
+static inline float media_roll(MediaDice *d)
+{
+  return unit_float(hash_combine(d->seed, d->taken++));
+}
+
+// One medium of a stretch, followed from one place where light may meet it to the next: as often as it would were it
+// as thick as the bound of each cell says (delta tracking). Media that overlap are followed side by side: whose
+// next place is nearest comes first, which is the same as following their sum.
+typedef struct MediaTrack {
+  const Volume *volume;
+  Vec3 o, d;       // the ray in the medium's space; the same t
+  DensityWalk walk;
+  bool is_inside;  // there is a cell to walk in
+  float scale;     // chances a metre at density 1
+  float t, chance; // the next place, INFINITY: none; chances a metre there
+} MediaTrack;
+
+static inline void track_next(MediaTrack *k, MediaDice *dice, float length_end)
+{
+  float depth = -f_log(1 - media_roll(dice));
+  if (!k->volume->density) {
+    k->t += depth / k->scale;
+    if (!(k->t < length_end)) k->t = INFINITY;
+    return;
+  }
+  while (k->is_inside) {
+    const float end = density_cell_end(&k->walk);
+    k->chance = k->scale * density_most(&k->walk);
+    const float there = k->chance * (end - k->walk.t);
+    if (depth < there) {
+      k->t = k->walk.t = k->walk.t + depth / k->chance;
+      return;
+    }
+    depth -= max_f(there, 0);
+    k->is_inside = density_step(&k->walk);
+  }
+  k->t = INFINITY;
+}
+
+static inline MediaTrack track_begin(const World *w, uint32_t medium, const Ray *ray, float from, float to, MediaDice *dice)
+{
+  const WorldMedium *m = &w->media[medium];
+  MediaTrack k = {.volume = &w->volumes[m->volume], .t = from};
+  k.scale = k.chance = k.volume->most;
+  if (k.volume->density) {
+    k.o = frame_point(&m->medium_from_world, ray->o);
+    k.d = frame_vector(&m->medium_from_world, ray->d);
+    k.is_inside = density_walk(k.volume->density, k.o, k.d, from, to, &k.walk);
+  }
+  if (k.scale > 0)
+    track_next(&k, dice, to);
+  else
+    k.t = INFINITY;
+  return k;
+}
+
+static inline float track_density(const MediaTrack *k)
+{
+  return k->volume->density ? density_at(k->volume->density, k->o + k->t * k->d) : 1;
+}
+
+static inline uint32_t tracks_nearest(const MediaTrack *tracks, uint32_t count)
+{
+  uint32_t nearest = 0;
+  for (uint32_t i = 1; i < count; i++)
+    if (tracks[i].t < tracks[nearest].t) nearest = i;
+  return nearest;
+}
+
+static inline void tracks_begin(const World *w, const MediumSet *s, const Ray *ray, float from, float to, MediaDice *dice,
+                                MediaTrack tracks[MOST_MEDIA])
+{
+  for (uint32_t i = 0; i < s->count; i++) tracks[i] = track_begin(w, s->media[i], ray, from, to, dice);
+}
+
+// What is left of light: at every place where it may be met, what the medium there does not take (ratio tracking:
+// Novak, Selle and Jarosz, "Residual ratio tracking", 2014). Once little is left, it is gambled for.
+static inline Vec3 tracks_fade(const World *w, const MediumSet *s, const Ray *ray, float from, float to, MediaDice *dice)
+{
+  MediaTrack tracks[MOST_MEDIA];
+  Vec3 left = v3_all(1);
+  for (uint32_t i = 0; i < s->count; i++) {
+    MediaTrack *k = &tracks[i];
+    if (!medium_volume(w, s->media[i])->density) {
+      left *= volume_fade(medium_volume(w, s->media[i])->extinction, to - from);
+      continue;
+    }
+    *k = track_begin(w, s->media[i], ray, from, to, dice);
+    while (k->t < to) {
+      left *= v3_max(v3_all(1) - k->volume->extinction * (track_density(k) / k->chance), v3_all(0));
+      if (v3_max_lane(left) < 0.1f) {
+        if (media_roll(dice) >= 0.25f) return v3_all(0);
+        left = 4 * left;
+      }
+      track_next(k, dice, to);
+    }
+  }
+  return left;
+}
+
+// --- the same by steps, for speed ---------------------------------------------------------------------
+// A stretch is cut into equal steps, each as homogeneous as one place in it; where in its step that is is one number for all
+// steps, so that no steps show. Within a step all is in closed form.
+
+static inline Vec3 march_fade(const World *w, const MediumSet *s, const Ray *ray, float from, float to, int32_t steps,
+                              float jitter)
+{
+  const float length = (to - from) / (float)steps;
+  Vec3 depth = v3_all(0);
+  for (int32_t i = 0; i < steps; i++)
+    depth += media_sum_at(w, s, ray->o + (from + ((float)i + jitter) * length) * ray->d).extinction * length;
+  return volume_fade(depth, 1);
 }
 
 // --- what light does on its way -----------------------------------------------------------------------
@@ -253,14 +402,21 @@ typedef struct MediumPoint {
   const Phase *phase;
 } MediumPoint;
 
-// What is left of light that comes along the ray from its end.
-static inline Vec3 media_transmittance(const World *w, const Ray *ray, MediumSet set, RayCounters *counters)
+// What is left of light that comes along the ray from its end. steps: of a march, 0: without error.
+static inline Vec3 media_transmittance(const World *w, const Ray *ray, MediumSet set, uint32_t seed, int32_t steps,
+                                       RayCounters *counters)
 {
   Vec3 left = v3_all(1);
+  MediaDice dice = {seed, 0};
   MediaWalk walk = media_walk(w, ray, &set, counters);
   while (media_next(&walk) && !v3_is_zero(left)) {
     if (!set.count) continue;
-    left = left * volume_fade(media_sum(w, &set).extinction, walk.to - walk.from);
+    if (!media_differ(w, &set))
+      left *= volume_fade(media_sum(w, &set).extinction, walk.to - walk.from);
+    else if (steps)
+      left *= march_fade(w, &set, ray, walk.from, walk.to, steps, media_roll(&dice));
+    else
+      left *= tracks_fade(w, &set, ray, walk.from, walk.to, &dice);
   }
   return left;
 }

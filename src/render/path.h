@@ -280,6 +280,93 @@ static inline void path_add_glow(Path *p, const Volume *v, float from, float len
   path_add(p, p->depth, p->throughput * path_fade(p->absorption, from) * volume_glow(&inside, length));
 }
 
+// Light was scattered at t by one of the media whose scattering `sum` holds.
+static inline void path_note_scattering(Path *p, const MediumSet *s, const Volume *sum, const Ray *ray, float t, float choice,
+                                        MediumPoint *out)
+{
+  out->t = t;
+  out->p = ray->o + t * ray->d;
+  out->medium = media_pick(p->pass->world, s, sum, out->p, choice, &p->throughput);
+}
+
+// One stretch of homogeneous media. True: light was scattered in it.
+static inline bool path_through(Path *p, const MediumSet *s, const Ray *ray, float from, float to, uint32_t stretch,
+                                MediumPoint *out)
+{
+  const Volume sum = media_sum(p->pass->world, s);
+  const uint32_t pair = path_media_pair(p, stretch);
+  if (!v3_is_zero(sum.emission)) path_add_glow(p, &sum, from, to - from);
+  if (v3_is_zero(sum.scattering)) {
+    p->throughput *= volume_fade(sum.extinction, to - from);
+    return false;
+  }
+  const float t = volume_distance(&sum, to - from, sample_pair(p->sampler, pair), &p->throughput);
+  if (!(t < to - from)) return false;
+  path_note_scattering(p, s, &sum, ray, from + t, s->count > 1 ? sample_pair(p->sampler, pair + 1).x : 0, out);
+  return true;
+}
+
+// One stretch with media that differ from place to place. At each place where light may be met it goes on or is
+// scattered, by chances that weigh channels by what the path carries (Kutz et al., "Spectral and decomposition
+// tracking", 2017, section 3); in grey media that is as likely as it is in nature, and nothing needs weighing.
+static inline bool path_track(Path *p, const MediumSet *s, const Ray *ray, float from, float to, MediaDice *dice,
+                              MediumPoint *out)
+{
+  MediaTrack tracks[MOST_MEDIA];
+  tracks_begin(p->pass->world, s, ray, from, to, dice, tracks);
+  for (;;) {
+    const uint32_t i = tracks_nearest(tracks, s->count);
+    MediaTrack *k = &tracks[i];
+    if (!(k->t < to)) return false;
+    const Volume *v = k->volume;
+    const float part = track_density(k) / k->chance;
+    if (!v3_is_zero(v->emission))
+      path_add(p, p->depth, p->throughput * path_fade(p->absorption, k->t) * v->emission * part);
+    const Vec3 met = v3_min(part * v->extinction, v3_all(1)), missed = v3_all(1) - met;
+    const float meets = v3_dot(p->throughput, met), misses = v3_dot(p->throughput, missed);
+    if (v3_is_zero(v->scattering)) {
+      p->throughput *= missed;
+    } else if (media_roll(dice) * (meets + misses) < meets) {
+      p->throughput *= part * v->scattering * ((meets + misses) / meets);
+      *out = (MediumPoint){.p = ray->o + k->t * ray->d, .t = k->t, .medium = s->media[i]};
+      return true;
+    } else if (!v3_is_grey(met)) {
+      p->throughput *= missed * ((meets + misses) / misses);
+    }
+    if (v3_is_zero(p->throughput)) return false;
+    track_next(k, dice, to);
+  }
+}
+
+// The same by steps.
+static inline bool path_march(Path *p, const MediumSet *s, const Ray *ray, float from, float to, MediaDice *dice,
+                              MediumPoint *out)
+{
+  const World *w = p->pass->world;
+  const int32_t steps = p->pass->settings.volume_steps;
+  const float length = (to - from) / (float)steps, jitter = media_roll(dice), target = -f_log(1 - media_roll(dice));
+  const Vec3 share = p->throughput / (p->throughput[0] + p->throughput[1] + p->throughput[2]);
+  const int c = channel_pick(p->throughput, media_roll(dice));
+  Vec3 depth = v3_all(0);
+  for (int32_t i = 0; i < steps; i++) {
+    const float at = from + (float)i * length;
+    const Volume v = media_sum_at(w, s, ray->o + (at + jitter * length) * ray->d);
+    if (!v3_is_zero(v.emission))
+      path_add(p, p->depth, p->throughput * path_fade(p->absorption, at) * volume_fade(depth, 1) * volume_glow(&v, length));
+    if (depth[c] + v.extinction[c] * length >= target && v.extinction[c] > 0) {
+      const float t = max_f(target - depth[c], 0) / v.extinction[c];
+      const Vec3 left = volume_fade(depth + t * v.extinction, 1);
+      p->throughput *= v.scattering * left / v3_dot(share, v.extinction * left);
+      path_note_scattering(p, s, &v, ray, at + t, media_roll(dice), out);
+      return true;
+    }
+    depth += v.extinction * length;
+  }
+  const Vec3 left = volume_fade(depth, 1);
+  p->throughput *= left / v3_dot(share, left);
+  return false;
+}
+
 // Follows the ray through media to its end. True: it was scattered on the way, at *out. Glow is added for every stretch
 // as a whole, so it does not matter where light is scattered.
 static inline bool path_travel(Path *p, MediumSet *set, const Ray *ray, float end, RayCounters *counters, MediumPoint *out)
@@ -288,27 +375,21 @@ static inline bool path_travel(Path *p, MediumSet *set, const Ray *ray, float en
   Ray way = *ray;
   way.tmax = end;
   MediaWalk walk = media_walk(w, &way, set, counters);
-  for (uint32_t stretch = 0; media_next(&walk);) {
+  MediaDice dice = {path_ray_seed(p, 0xffff), 0};
+  bool is_scattered = false;
+  for (uint32_t stretch = 0; !is_scattered && media_next(&walk);) {
     if (!set->count || v3_is_zero(p->throughput)) continue;
-    const Volume sum = media_sum(w, set);
-    const float length = walk.to - walk.from;
-    if (!v3_is_zero(sum.emission)) path_add_glow(p, &sum, walk.from, length);
-    if (v3_is_zero(sum.scattering)) {
-      p->throughput *= volume_fade(sum.extinction, length);
-      continue;
-    }
-    const uint32_t pair = path_media_pair(p, stretch++);
-    const float t = volume_distance(&sum, length, sample_pair(p->sampler, pair), &p->throughput);
-    if (!(t < length)) continue;
-    const float choice = set->count > 1 ? sample_pair(p->sampler, pair + 1).x : 0;
-    out->t = walk.from + t;
-    out->p = ray->o + out->t * ray->d;
-    out->medium = media_pick(w, set, &sum, choice, &p->throughput);
-    out->phase = &medium_volume(w, out->medium)->phase;
-    p->throughput *= path_fade(p->absorption, out->t);
-    return true;
+    if (!media_differ(w, set))
+      is_scattered = path_through(p, set, ray, walk.from, walk.to, stretch++, out);
+    else if (p->pass->settings.volumes == VOLUMES_MARCH)
+      is_scattered = path_march(p, set, ray, walk.from, walk.to, &dice, out);
+    else
+      is_scattered = path_track(p, set, ray, walk.from, walk.to, &dice, out);
   }
-  return false;
+  if (!is_scattered) return false;
+  out->phase = &medium_volume(w, out->medium)->phase;
+  p->throughput *= path_fade(p->absorption, out->t);
+  return true;
 }
 
 static MEDIA_APART bool path_scatter_medium(Path *p, const MediumPoint *at, Ray *ray)

@@ -154,7 +154,9 @@ static MEDIA_APART void wave_fade_light(Wave *w, size_t i)
 {
   PathLight *l = &w->lights[i];
   const Ray ray = ray_unpack(&l->ray);
-  l->light *= media_transmittance(w->pass->world, &ray, w->light_media[i], w->counters);
+  const RenderSettings *settings = &w->pass->settings;
+  const int32_t steps = settings->volumes == VOLUMES_MARCH ? settings->volume_steps : 0;
+  l->light *= media_transmittance(w->pass->world, &ray, w->light_media[i], hash_combine(l->seed, 1), steps, w->counters);
 }
 
 // Adds the light that nothing is in the way of, in the order it was offered.

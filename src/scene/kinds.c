@@ -93,6 +93,18 @@ static const Field mix_fields[] = {MIX_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER MediumCommon
 static const Field medium_fields[] = {MEDIUM_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER MediumGrid
+static const Field medium_grid_fields[] = {MEDIUM_GRID_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER MediumBall
+static const Field medium_ball_fields[] = {MEDIUM_BALL_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER MediumCloud
+static const Field medium_cloud_fields[] = {MEDIUM_CLOUD_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER MediumWisps
+static const Field medium_wisps_fields[] = {MEDIUM_WISPS_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER ObjectCommon
 static const Field object_fields[] = {OBJECT_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -192,6 +204,10 @@ static const Kind material_kinds[] = {
 };
 static const Kind medium_kinds[] = {
     {"homogeneous", NULL, 0, "The same everywhere."},
+    KIND("grid", medium_grid_fields, "A density from a file, mixed between its values."),
+    KIND("ball", medium_ball_fields, "A ball that thins out, with waves in it."),
+    KIND("cloud", medium_cloud_fields, "An ellipsoid of lumps, made of noise."),
+    KIND("wisps", medium_wisps_fields, "Thin sheets of smoke, drawn out by whirls."),
 };
 static const Kind object_kinds[] = {{"object", NULL, 0, ""}};
 static const Kind shape_kinds[] = {
@@ -246,7 +262,7 @@ const Group group_material = {"materials", "material", sizeof(Material), .has_na
                               KINDS(material_kinds, pbr, Material),
                               .sentence = "What surfaces are made of, by name."};
 const Group group_medium = {"media", "medium", sizeof(Medium), .has_name = true,
-                            FIELDS(medium_fields, common, Medium), KINDS(medium_kinds, homogeneous, Medium),
+                            FIELDS(medium_fields, common, Medium), KINDS(medium_kinds, grid, Medium),
                             .sentence = "What fills space: fog, smoke, clouds, by name. See docs/media.md."};
 const Group group_shape = {"shape", "shape", sizeof(Shape), KINDS(shape_kinds, mesh, Shape),
                            .sentence = "An object's form."};

@@ -43,6 +43,8 @@
   F(choice,  tree, 0, 0, 0, "fast|best", "How search trees are built: `best` takes 2 to 7 times as long and pays off in rooms seen with many samples.") \
   F(integer, motion_steps, 16, 1, 64, "", "Moments that the camera's open shutter is cut into, each with a world of its own; `spp` should be a multiple.") \
   F(medium,  atmosphere, -1, 0, 0, "", "A homogeneous medium that fills all space, for lamps to shine in; no light of sky or sun comes through.") \
+  F(choice,  volumes, 0, 0, 0, "exact|march", "How light goes through media that differ from place to place: without error, or in steps.") \
+  F(integer, volume_steps, 24, 1, 4096, "", "Steps of a march, through each medium.") \
   F(choice,  denoise, 0, 0, 0, "off|fast|good|best", "How to take the noise out of the finished picture: our own filter, or a small or a full neural network.")
 FIELD_STRUCT(RenderSettings, RENDER_FIELDS);
 #define WHITTED_FIELDS(F)                                                                                             \
@@ -61,6 +63,7 @@ typedef enum { SHADOWS_TRANSPARENT, SHADOWS_HARD, SHADOWS_NONE } ShadowKind;
 typedef enum { INTEGRATOR_PATH, INTEGRATOR_NORMAL, INTEGRATOR_DEPTH, INTEGRATOR_ALBEDO, INTEGRATOR_UV,
                INTEGRATOR_ID, INTEGRATOR_BARY, INTEGRATOR_COST, INTEGRATOR_CLASSIC, INTEGRATOR_WHITTED } Integrator;
 typedef enum { SCENE_TREE_FAST, SCENE_TREE_BEST } SceneTree; // accel/ has its own, in the same order
+typedef enum { VOLUMES_EXACT, VOLUMES_MARCH } VolumesMode;
 typedef enum { DENOISE_OFF, DENOISE_FAST, DENOISE_GOOD, DENOISE_BEST } DenoiseKind;
 typedef enum { FILTER_BOX, FILTER_BLACKMAN_HARRIS, FILTER_GAUSSIAN } FilterKind;
 
@@ -405,13 +408,41 @@ typedef struct Material {
   F(real,  second_part, 0, 0, 1, "", "Part of the light that goes by the second lobe.")
 FIELD_STRUCT(MediumCommon, MEDIUM_FIELDS);
 
-typedef enum MediumKind { MEDIUM_HOMOGENEOUS } MediumKind;
+#define MEDIUM_GRID_FIELDS(F) \
+  F(file, file, NULL, 0, 0, "", "A `.grid` (see docs/media.md), or `.nvdb` where this program can read it.")
+#define MEDIUM_BALL_FIELDS(F)                                                                    \
+  F(real, radius, 0.5, 1e-6, NO_LIMIT, "m", "1 at the origin, falling to 0 here.")                \
+  F(real, waves, 0, 0, 1000, "rad/m", "Multiplies by (1 + sin x sin y sin z) / 2, this fast.")    \
+  F(vec3, waves_origin, (0, 0, 0), -1e6, 1e6, "m", "Where the waves begin.")
+#define MEDIUM_CLOUD_FIELDS(F)                                                                   \
+  F(vec3,    size, (2, 1.2, 2), 1e-6, 1e6, "m", "The ellipsoid it fills; centred.")               \
+  F(real,    lump, 0.5, 1e-6, 1e6, "m", "Size of the largest lumps.")                             \
+  F(real,    raggedness, 0.8, 0, 16, "", "0 is the smooth ellipsoid.")                            \
+  F(real,    softness, 0.25, 1e-3, 1e3, "", "Small: the edge is sharp.")                          \
+  F(integer, octaves, 5, 1, 12, "", "Sizes of lumps, each half the one before.")                  \
+  F(integer, seed, 1, 0, 2147483647, "", "Another number, another cloud.")                        \
+  F(integer, resolution, 96, 4, 1024, "", "Values along the longest side.")
+#define MEDIUM_WISPS_FIELDS(F)                                                                   \
+  F(vec3,    size, (1, 2, 1), 1e-6, 1e6, "m", "The ellipsoid it fills; centred.")                 \
+  F(real,    lump, 0.5, 1e-6, 1e6, "m", "Size of the whirls.")                                    \
+  F(real,    swirl, 1, 0, 16, "", "How far whirls draw the smoke out.")                           \
+  F(integer, seed, 1, 0, 2147483647, "", "Another number, other wisps.")                          \
+  F(integer, resolution, 96, 4, 1024, "", "Values along the longest side.")
+FIELD_STRUCT(MediumGrid, MEDIUM_GRID_FIELDS);
+FIELD_STRUCT(MediumBall, MEDIUM_BALL_FIELDS);
+FIELD_STRUCT(MediumCloud, MEDIUM_CLOUD_FIELDS);
+FIELD_STRUCT(MediumWisps, MEDIUM_WISPS_FIELDS);
+
+typedef enum MediumKind { MEDIUM_HOMOGENEOUS, MEDIUM_GRID, MEDIUM_BALL, MEDIUM_CLOUD, MEDIUM_WISPS } MediumKind;
 typedef struct Medium {
   const char *name;
   int32_t kind; // MediumKind
   MediumCommon common;
   union {
-    char homogeneous; // has no fields of its own
+    MediumGrid grid;
+    MediumBall ball;
+    MediumCloud cloud;
+    MediumWisps wisps;
   };
 } Medium;
 

@@ -2,9 +2,21 @@
 // a tree of their own: rays find surfaces as if there were no media, and then, in worlds that have any, where they
 // go in and out.
 
-#include "world/prepare.h"
+#include "world/density.h"
 
-static bool from_medium(Prepare *p, const Medium *m, Volume *out)
+// Where nothing takes light but something shines, it must be looked for all the same: about eight times on the way
+// through a density, once a metre where it is everywhere.
+static float least_chance(const Volume *v)
+{
+  if (v3_is_zero(v->emission)) return 0;
+  if (!v->density) return 1;
+  float most = 0;
+  const Density *d = v->density;
+  for (size_t i = 0; i < (size_t)d->cells[0] * d->cells[1] * d->cells[2]; i++) most = fmaxf(most, d->most[i]);
+  return most > 0 ? 8 / (most * v3_length(d->hi - d->lo)) : 0;
+}
+
+static bool from_medium(Prepare *p, const Scene *s, const Medium *m, Volume *out)
 {
   const MediumCommon *c = &m->common;
   out->scattering = c->density * v3_load(c->scattering);
@@ -13,6 +25,9 @@ static bool from_medium(Prepare *p, const Medium *m, Volume *out)
   // A lobe of g = 1 would be no scattering at all, and one near it is lost in the rounding of cosines.
   out->phase = (Phase){fmaxf(fminf(c->anisotropy, 0.99f), -0.99f), fmaxf(fminf(c->second_anisotropy, 0.99f), -0.99f),
                        c->second_part};
+  out->density = m->kind == MEDIUM_HOMOGENEOUS ? NULL : prepare_density(p, s, m);
+  if (m->kind != MEDIUM_HOMOGENEOUS && !out->density) return false;
+  out->most = fmaxf(v3_max_lane(out->extinction), least_chance(out));
   return (v3_is_finite(out->extinction) && v3_is_finite(out->emission)) ||
          err_set(p->err, ERR_BAD_SCENE, "medium \"%s\": density times its coefficients is too large for a number", m->name);
 }
@@ -23,7 +38,7 @@ bool prepare_volumes(Prepare *p, Source *source)
   source->volume_base = (uint32_t)p->volumes.count;
   for (size_t i = 0; i < s->media.count; i++) {
     Volume v = {0};
-    if (!from_medium(p, &s->media.items[i], &v)) return false;
+    if (!from_medium(p, s, &s->media.items[i], &v)) return false;
     if (!array_push(&p->volumes, v)) return prepare_failed_memory(p);
   }
   return true;
@@ -45,6 +60,9 @@ static bool add_atmosphere(Prepare *p)
   const int32_t i = p->scene->render.atmosphere;
   if (i < 0) return true;
   const Volume *v = &p->volumes.items[p->sources.items[0].volume_base + (uint32_t)i];
+  if (v->density)
+    return err_set(p->err, ERR_BAD_SCENE, "the atmosphere \"%s\" is not homogeneous; put it into an object, such as a large box",
+                   p->scene->media.items[i].name);
   for (int k = 0; k < 3; k++)
     if (v->emission[k] > 0 && !(v->extinction[k] > 0))
       return err_set(p->err, ERR_BAD_SCENE, "the atmosphere \"%s\" emits light and nothing absorbs or scatters it, so it would "

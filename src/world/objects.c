@@ -105,12 +105,13 @@ typedef struct Placing {
   WorldInstance surface;
   bool has_surface;
   int32_t volume; // -1: none
+  Frame medium_from_world;
 } Placing;
 
 static bool place(Prepare *p, Placing *o, int32_t part)
 {
   if (o->volume >= 0) {
-    const WorldMedium m = {o->surface.mesh, (uint32_t)o->volume, o->surface.object_i};
+    const WorldMedium m = {o->surface.mesh, (uint32_t)o->volume, o->medium_from_world, o->surface.object_i};
     if (!prepare_add_medium(p, &o->instance, &m, part)) return false;
     o->surface.medium = (uint32_t)p->media.count;
   }
@@ -161,6 +162,7 @@ static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t m
   if (at.volume >= 0 && !can_be_filled(o->shape.kind))
     return err_set(p->err, ERR_BAD_SCENE, "object \"%s\": only a sphere, a box or a mesh can be filled with a medium",
                    o->name ? o->name : "");
+  at.medium_from_world = frame_inverse(&i->world_from_object);
   at.has_surface = at.volume < 0 || material >= 0;
   const Mesh *mesh = o->shape.kind == SHAPE_MESH ? &level->source->scene->meshes.items[o->shape.mesh_i] : NULL;
   if (!o->common.visible_to_camera) i->mask &= (uint8_t)~RAY_CAMERA;

@@ -29,6 +29,8 @@ void parts_finish(WorldParts *p)
   }
   for (size_t i = 0; i < p->images.count; i++) image_part_release(p->images.items[i]);
   array_finish(&p->meshes);
+  for (size_t i = 0; i < p->densities.count; i++) density_part_release(p->densities.items[i]);
+  array_finish(&p->densities);
   array_finish(&p->images);
   array_finish(&p->seen);
   table_finish(&p->meshes_found);

@@ -12,6 +12,7 @@
 #include "geom/tangents.h"
 #include "image/mips.h"
 #include "scene/scene.h"
+#include "shade/density.h"
 
 typedef struct MeshPart {
   MeshData *data; // shared
@@ -40,6 +41,14 @@ typedef struct MipsPart {
   bool is_made;        // never changes after
 } MipsPart;
 
+typedef struct DensityPart {
+  atomic_int users;
+  uint64_t key;    // of what it is made of
+  Density density; // its arrays are owned
+} DensityPart;
+
+void density_part_release(DensityPart *part); // accepts NULL
+
 typedef struct SeenBytes { // of an embedded picture, so that thousands of textures of one do not hash it each
   const uint8_t *bytes;
   size_t size;
@@ -50,6 +59,7 @@ typedef struct WorldParts { // what a World's parts member points to
   TreeOptions tree_options; // of all meshes' trees
   ARRAY(MeshPart) meshes;
   ARRAY(ImagePart *) images;
+  ARRAY(DensityPart *) densities;
   ARRAY(SeenBytes) seen;
   ARRAY(MipsPart *) mips;
   Table meshes_found; // address of the data's origin -> mesh

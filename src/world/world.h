@@ -33,6 +33,7 @@ typedef struct WorldInstance {
 typedef struct WorldMedium {
   TriangleMesh mesh; // of the boundary; all NULL for shapes
   uint32_t volume;   // index into World.volumes
+  Frame medium_from_world; // into the space its density is given in
   uint32_t object_i;
 } WorldMedium;
 
