@@ -11,17 +11,18 @@ usage: bench/fidelity.sh [OPTION]...
   --scene NAME       only this one; may be repeated: a_cornell b_stilllife c_terrain c_skyonly d_fog d_smoke
   --spp "A B"        samples a pixel of the two renders whose times are subtracted ("32 128")
   --threads N        for both (2)
+  --noise X          target of the adaptive renders (0.15)
   --no-cycles        take Cycles' pictures and times from the cache
 Needs Debian's blender and python3-numpy. Denoisers are off; start-up, loading and trees are not counted;
 times are processor seconds over the number of threads.
 END
 }
-rayfold=$top/build/rayfold cache=$top/build/fidelity scenes="" spp="32 128" threads=2 cycles=1
+rayfold=$top/build/rayfold cache=$top/build/fidelity scenes="" spp="32 128" threads=2 cycles=1 target=0.15
 while [ $# -gt 0 ]; do
   case $1 in
   --help) usage && exit 0 ;;
   --no-cycles) cycles=0 ;;
-  --rayfold | --cache | --scene | --spp | --threads)
+  --rayfold | --cache | --scene | --spp | --threads | --noise)
     [ $# -ge 2 ] || { usage >&2 && exit 64; }
     case $1 in
     --rayfold) rayfold=$2 ;;
@@ -29,6 +30,7 @@ while [ $# -gt 0 ]; do
     --scene) scenes="$scenes $2" ;;
     --spp) spp=$2 ;;
     --threads) threads=$2 ;;
+    --noise) target=$2 ;;
     esac
     shift
     ;;
@@ -66,6 +68,14 @@ run_ours() { # scene
     done
   done
 }
+# The same pictures with samples where the noise is, up to a target that takes about as many.
+run_adaptive() { # scene
+  for seed in 1 2; do
+    "$rayfold" render "$cache/ours/$1.json" -o "$out/$1_adaptive$seed.pfm" --spp 4096 --noise "$target" --seed $seed \
+      --threads "$threads" --stats "$out/stats.json" --quiet
+    sed -n 's/.*"cpu_seconds": \([0-9.]*\).*/\1/p' "$out/stats.json"
+  done | sort -n | head -1
+}
 # Seconds a sample of the whole picture, were all threads' processor time wall time. The least of each, since what
 # disturbs only adds.
 slope() { # file of "spp seconds"
@@ -80,8 +90,12 @@ mean() { # reference, picture: "r g b offset%"
   "$rayfold" compare "$1" "$2" | sed 's/.*mean \([^(]*\)(\([^ ]*\).*worst block \([^ ]*\).*/\1 \2 \3/'
 }
 
-printf '%-12s | %-9s %-9s | %-23s %-23s %-8s %-8s | %-8s %-8s | %s\n' scene "ms/spp" "Cycles" "mean" "Cycles" "off %" \
-  "block %" "s to .01" "Cycles" "ratio"
+# Processor seconds before the first sample.
+start() { # file of "spp seconds", seconds a sample
+  awk -v few="$few" -v s="$2" -v threads="$threads" '$1 == few { a = !n++ || $2 < a ? $2 : a } END { print a - s * few * threads }' "$1"
+}
+printf '%-12s | %-7s %-7s | %-23s %-23s %-7s %-7s | %-8s %-8s %-8s | %-6s %s\n' scene "ms/spp" "Cycles" "mean" "Cycles" \
+  "off %" "block %" "s to .01" "Cycles" "adaptive" "ratio" "adaptive"
 for s in $scenes; do
   [ -e "$cache/ours/$s.json" ] || { echo "$s: no scene of ours yet" && continue; }
   [ $cycles = 0 ] || run_cycles "$s"
@@ -89,11 +103,14 @@ for s in $scenes; do
   ours=$(slope "$out/$s.ours") theirs=$(slope "$out/$s.cycles")
   our_noise=$(noise "$out/${s}_ours1_$many.pfm" "$out/${s}_ours2_$many.pfm")
   their_noise=$(noise "$out/${s}_cycles0_$many.pfm" "$out/${s}_cycles1_$many.pfm")
+  spent=$(run_adaptive "$s")
+  adaptive_noise=$(noise "$out/${s}_adaptive1.pfm" "$out/${s}_adaptive2.pfm")
+  adaptive=$(echo "$spent $(start "$out/$s.ours" "$ours") $adaptive_noise $threads" | awk '{ print ($1 - $2) / $4 * $3 / 0.01 }')
   set -- $(mean "$out/${s}_cycles0_$many.pfm" "$out/${s}_ours1_$many.pfm")
   set -- "$@" $(mean "$out/${s}_cycles0_$many.pfm" "$out/${s}_cycles1_$many.pfm")
   awk -v s="$s" -v a="$ours" -v b="$theirs" -v x="$our_noise" -v y="$their_noise" -v n="$many" -v mean="$1 $2 $3" \
-    -v other="$6 $7 $8" -v off="$4" -v block="$5" 'BEGIN {
+    -v other="$6 $7 $8" -v off="$4" -v block="$5" -v w="$adaptive" 'BEGIN {
       t = a * n * x / 0.01; u = b * n * y / 0.01
-      printf "%-12s | %-9.1f %-9.1f | %-23s %-23s %-8s %-8s | %-8.2f %-8.2f | %.2f\n", s, 1000 * a, 1000 * b, mean, other, off,
-        block, t, u, t / u }'
+      printf "%-12s | %-7.1f %-7.1f | %-23s %-23s %-7s %-7s | %-8.2f %-8.2f %-8.2f | %-6.2f %.2f\n", s, 1000 * a, 1000 * b,
+        mean, other, off, block, t, u, w, t / u, w / u }'
 done
