@@ -11,8 +11,7 @@
 // Akimoto et al. 1991 interpolate between pixels of equal ray trees; a picture made that way flashes where things move,
 // because highlights are not linear, small things slip between corners, and blocks disagree with finer neighbours.
 // Against these: a limit on contrast as well, the centre, and one round in which a filled block that contradicts what
-// its neighbours traced on the common edge is cut, too. Measured on the two moving scenes this is for, 3 x 32 frames
-// each, in docs/subsample.md.
+// its neighbours traced on the common edge is cut, too.
 //
 // All of a level is asked for before the next is looked at, so packets are full and the result depends on neither
 // threads nor order. The caller's function must give the same answer for the same pixel.
