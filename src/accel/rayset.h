@@ -210,6 +210,22 @@ static inline unsigned rayset_box(const RaySet *s, int g, const float box[6], wx
   return wx_le(t0, t1);
 }
 
+// The same for rays that go anywhere.
+static inline unsigned rayset_any_box(const RaySet *s, int g, const float box[6], wx tmax, wx *near)
+{
+  const int at = g * WIDEST;
+  wx t0 = wx_load(s->tmin + at), t1 = tmax;
+  for (int k = 0; k < 3; k++) {
+    const wx o = wx_load(s->o[k] + at), inv = wx_load(s->inv[k] + at);
+    const wx lo = wx_set(box[2 * k]), hi = wx_set(box[2 * k + 1]);
+    const unsigned backward = wx_lt(inv, wx_set(0));
+    t0 = wx_max((wx_choose(backward, hi, lo) - o) * inv, t0);
+    t1 = wx_min((wx_choose(backward, lo, hi) - o) * wx_load(s->inv_far[k] + at), t1);
+  }
+  *near = t0;
+  return wx_le(t0, t1);
+}
+
 // A block of triangles as coherent rays see it: axes in the order of the shear, and from their origin if they share it.
 typedef struct SeenBlock {
   float v[3][3][8];

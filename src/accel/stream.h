@@ -375,16 +375,24 @@ static inline void stream_mesh(Stream *s, const Visit *v, RaySet *rays, uint64_t
   }
 }
 
-static inline void stream_shape(Stream *s, RaySet *rays, const Visit *v, uint64_t set)
+static inline void stream_shape(Stream *s, RaySet *world, const Visit *v, uint64_t set)
 {
+  const Instance *in = v->instance;
   for (uint64_t left = set; left; left &= left - 1) {
     const int i = __builtin_ctzll(left);
     RayCounters unused = {0};
     Ray ray;
+    TreeRay placed;
     Query q = stream_query(s, i, &unused, &ray);
     Visit own = *v;
-    own.ray = rayset_ray(rays, i);
+    own.ray = &placed;
     own.near = s->near[i];
+    if (in->kind == INSTANCE_CSG)
+      own.ray = rayset_ray(world, i); // it lies in the world and asks for boxes
+    else if (in->is_identity ? !tree_ray_place(&placed, ray.o, ray.d, world->tmin[i])
+                             : !tree_ray_place(&placed, frame_point(&in->object_from_world, ray.o),
+                                               frame_vector(&in->object_from_world, ray.d), world->tmin[i]))
+      continue;
     if (shape_closest(&q, &own)) stream_take(s, i, &q.best);
   }
   s->prims += (uint64_t)__builtin_popcountll(set);
@@ -407,10 +415,13 @@ static inline uint64_t stream_transform(const Stream *s, const Instance *i, uint
 // The rays of the set that enter the instance's box before their best hit, and where they do.
 static inline uint64_t stream_enter(Stream *s, RaySet *world, const float box[6], uint64_t set)
 {
-  for (uint64_t left = set; left; left &= left - 1) {
-    const int i = __builtin_ctzll(left);
-    s->near[i] = tree_ray_box(rayset_ray(world, i), box, s->t[i]);
-    if (s->near[i] == INFINITY) set &= ~(left & -left);
+  for (int g = 0; g < SET_GROUPS; g++) {
+    const unsigned asked = group_bits(set, g);
+    wx near;
+    if (!asked) continue;
+    const unsigned met = rayset_any_box(world, g, box, wx_load(s->t + g * WIDEST), &near) & asked;
+    wx_store(s->near + g * WIDEST, near);
+    set &= ~((uint64_t)(asked & ~met) << g * WIDEST);
   }
   return set;
 }
@@ -422,18 +433,19 @@ static inline void stream_instance(Stream *s, uint32_t instance_i, RaySet *world
   const Visit v = {.instance = i, .instance_i = instance_i};
   RaySet *rays = world;
   if (!(i->mask & s->batch->mask)) return;
-  if (!i->is_identity ||
-      i->kind != INSTANCE_MESH) { // a mesh in place has no box nearer than its triangles' own
+  if (i->kind != INSTANCE_MESH) {
+    set = stream_enter(s, world, a->boxes[instance_i], set);
+    stream_shape(s, world, &v, set);
+    return;
+  }
+  if (!i->is_identity) { // a mesh in place has no box nearer than its triangles' own
     set = stream_enter(s, world, a->boxes[instance_i], set);
     if (set && !i->is_identity) set = stream_transform(s, i, set, world, rays = own);
     if (!set) return;
   } else {
     memset(s->near, 0, sizeof s->near);
   }
-  if (i->kind == INSTANCE_MESH)
-    stream_mesh(s, &v, rays, set);
-  else
-    stream_shape(s, rays, &v, set);
+  stream_mesh(s, &v, rays, set);
 }
 
 static inline void stream_world(Stream *s, RaySet *world, uint64_t set)

@@ -47,15 +47,35 @@ static inline void tree_ray_set_axis(TreeRay *r, int k)
 #endif
 }
 
+// Components of d too small to have a reciprocal count as 0.
+static inline Vec3 tree_ray_direction(Vec3 d)
+{
+  const Vec3i sign = {INT32_MIN, INT32_MIN, INT32_MIN, INT32_MIN};
+  const Vec3 size = (Vec3)((Vec3i)d & ~sign);
+  return (Vec3)((Vec3i)d & (sign | (size >= FLT_MIN)));
+}
+
+// What tree_ray_init makes of the ray's place and direction, without what only boxes and triangles ask for.
+static inline bool tree_ray_place(TreeRay *r, Vec3 o, Vec3 d, float tmin)
+{
+  const bool is_finite = v3_is_finite(d) && v3_is_finite(o);
+  d = tree_ray_direction(d);
+  v3_store(r->o, o + v3_all(0));
+  v3_store(r->d, d);
+  r->tmin = max_f(tmin, 0);
+  const float longest = max_f(fabsf(d[0]), max_f(fabsf(d[1]), fabsf(d[2])));
+  return longest != 0 && longest < MOST_DIRECTION && is_finite;
+}
+
 // False when no answer exists: a ray that is not finite, has no direction or one beyond MOST_DIRECTION. Negative tmin
 // counts as 0. Components of d too small to have a reciprocal count as 0, for boxes and triangles alike.
 static inline bool tree_ray_init(TreeRay *r, Vec3 o, Vec3 d, float tmin)
 {
   const bool is_finite = v3_is_finite(d) && v3_is_finite(o);
   o += v3_all(0); // -0 becomes 0: rays from one place start alike
+  d = tree_ray_direction(d);
   const Vec3i sign = {INT32_MIN, INT32_MIN, INT32_MIN, INT32_MIN};
   const Vec3 size = (Vec3)((Vec3i)d & ~sign);
-  d = (Vec3)((Vec3i)d & (sign | (size >= FLT_MIN)));
   const Vec3 inv = 1 / d;
   v3_store(r->o, o);
   v3_store(r->d, d);
