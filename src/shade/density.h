@@ -9,6 +9,7 @@
 #ifndef RAYFOLD_SHADE_DENSITY_H
 #define RAYFOLD_SHADE_DENSITY_H
 
+#include "base/err.h"
 #include "base/fmath.h"
 #include "base/vec.h"
 
