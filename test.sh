@@ -7,11 +7,11 @@ cd "$top"
 tools/setup.sh test
 tools/denoiser.sh || echo "the tests of the denoising network will be skipped"
 step() { printf '\n=== %s\n' "$*"; }
-build() { # folder, options...
-  dir=$1
-  shift
+build() { # folder, target, options...
+  dir=$1 target=$2
+  shift 2
   cmake -S . -B "$dir" -G Ninja "$@" >"$dir.log" 2>&1 || { cat "$dir.log"; exit 1; }
-  cmake --build "$dir" >"$dir.log" 2>&1 || { grep -E 'error|warning|FAILED' -A4 "$dir.log" | head -60; exit 1; }
+  cmake --build "$dir" --target "$target" >"$dir.log" 2>&1 || { grep -E 'error|warning|FAILED' -A4 "$dir.log" | head -60; exit 1; }
   rm -f "$dir.log"
 }
 
@@ -19,19 +19,19 @@ step "structure"
 tools/layers.sh
 
 step "release, gcc, warnings are errors"
-build build -DCMAKE_BUILD_TYPE=Release -DRAYFOLD_TESTS=ON -DRAYFOLD_WERROR=ON
+build build all -DCMAKE_BUILD_TYPE=Release -DRAYFOLD_TESTS=ON -DRAYFOLD_WERROR=ON
 tools/headers.sh build
-ctest --test-dir build --output-on-failure
+ctest --test-dir build --output-on-failure -j 2
 
 step "clang, warnings are errors"
-build build-clang -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DRAYFOLD_WERROR=ON -DRAYFOLD_TESTS=ON
+build build-clang all -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DRAYFOLD_WERROR=ON -DRAYFOLD_TESTS=ON
 
 step "units under ASan and UBSan"
-build build-asan -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g" -DRAYFOLD_SANITIZE=address,undefined
+build build-asan all -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g" -DRAYFOLD_SANITIZE=address,undefined
 ctest --test-dir build-asan --output-on-failure -j 2
 
 step "threads under TSan"
-build build-tsan -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g" -DRAYFOLD_SANITIZE=thread
+build build-tsan thread_tests -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g" -DRAYFOLD_SANITIZE=thread
 ctest --test-dir build-tsan --output-on-failure -L threads
 
 step "an installed library"
