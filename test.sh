@@ -24,7 +24,7 @@ tools/headers.sh build
 ctest --test-dir build --output-on-failure -j 2
 
 step "clang, warnings are errors"
-build build-clang all -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DRAYFOLD_WERROR=ON -DRAYFOLD_TESTS=ON
+build build-clang all -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O0" -DRAYFOLD_WERROR=ON -DRAYFOLD_TESTS=ON
 
 step "units under ASan and UBSan"
 build build-asan all -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g" -DRAYFOLD_SANITIZE=address,undefined
