@@ -47,6 +47,24 @@ TEST(a_mix_is_the_mean_of_its_parts)
   scene_destroy(s);
 }
 
+// Textures of its parts are laid out as they are on these alone: noise in space, which needs the place.
+TEST(a_mix_of_textured_parts)
+{
+  Scene *s = new_scene(1);
+  add_quad(s, -1, 0.3f, 0.2f, 0, 0, 0, 8);
+  const int32_t plain = add_lambert(s, 1, 1, 1), t = scene_add_texture(s, TEXTURE_NOISE, "noise");
+  s->textures.items[t].noise = (TextureNoise){.space = 1, .size = 0.7f, .octaves = 3, .lacunarity = 2, .persistence = 0.5f,
+                                              .contrast = 3, .color_b = {1, 1, 1}};
+  s->materials.items[plain].lambert.albedo_texture = t;
+  const int32_t mix = add_mix(s, plain, plain, 0.5f);
+  const Picture want = look_at(s, plain, 64), got = look_at(s, mix, 64);
+  CHECK(want.most > want.least + 0.3f);
+  CHECK_NEAR(got.most, want.most, 0.02);
+  CHECK_NEAR(got.least, want.least, 0.02);
+  CHECK_NEAR(got.mean[0], want.mean[0], 0.01);
+  scene_destroy(s);
+}
+
 TEST(circles_and_depths_are_refused_by_name)
 {
   Err err = {0};

@@ -167,6 +167,34 @@ TEST(shadows)
   scene_destroy(s);
 }
 
+// What is there in part is there in part of a pixel's samples, and a mix shines with both its parts.
+TEST(parts_of_surfaces)
+{
+  Scene *s = whitted_scene();
+  set3(s->sky.constant.color, 1, 1, 1);
+  const int32_t veil = add_pbr(s, 0, 1), glow = add_glow(s, 3, false), grey = add_lambert(s, 0.5f, 0.5f, 0.5f);
+  s->materials.items[veil].pbr.alpha_mode = ALPHA_BLEND;
+  s->materials.items[veil].pbr.opacity = 0.5f;
+  s->materials.items[veil].pbr.specular = 0;
+  add_quad(s, veil, 0, 0, 0, 0, 0, 4);
+  World *w = world_of(s);
+  Film *f = film_create(8, 8, ALL_PLANES, NULL);
+  const RenderJob job = job_of(s, w, pinhole(0, 0, 4, 0, 0, 0, 20), f, 256);
+  CHECK(render_run(&job, NULL, hot_table(cpu_best_isa()), NULL, NULL, NULL));
+  const Picture p = summarize(f);
+  CHECK_MSG(p.least > 0.3f && p.most < 0.7f, "%g to %g", (double)p.least, (double)p.most);
+  CHECK_NEAR(p.mean[0], 0.5, 0.02);
+  film_destroy(f);
+  world_release(w);
+
+  const int32_t mix = scene_add_material(s, MATERIAL_MIX, "mix");
+  s->materials.items[mix].mix = (Mix){grey, glow, 0.25f, -1, 0};
+  s->objects.items[0].common.material = mix;
+  set3(s->sky.constant.color, 0, 0, 0);
+  CHECK_NEAR(middle(s), 0.25 * 3, 1e-6);
+  scene_destroy(s);
+}
+
 // Every tiling and every instruction set give the same film.
 TEST(one_picture)
 {

@@ -109,7 +109,8 @@ static inline void whitted_pay(Whitted *t, const WhittedRay *r, Vec3 light)
 
 static inline uint32_t whitted_seed(const Whitted *t, const WhittedRay *r, uint32_t which)
 {
-  return hash_combine(hash_combine(t->samplers[r->pixel].pixel_seed, r->way), which);
+  const Sampler *s = &t->samplers[r->pixel];
+  return hash_combine(hash_combine(hash_combine(s->pixel_seed, s->sample), r->way), which);
 }
 
 static inline void whitted_ask(Whitted *t, const PackedRay *rays, size_t count, RayMask mask, const TraceQuery *queries,
@@ -515,10 +516,9 @@ static inline void whitted_arrive(Whitted *t, size_t i)
   trace_footprint(w, &ray, hit, p->width, &p->s);
   p->m = material_choose(&w->materials[p->s.material], w->textures, &p->s, 0.5f);
   r->weight *= path_fade(r->absorption, hit->t);
-  const float side = p->s.is_back ? -1 : 1;
-  p->n = bend_towards(bend_towards(side * mapped_normal(p->m, w->textures, &p->s), side * p->s.ng), p->wo);
+  p->n = material_normal(p->m, w->textures, &p->s, p->wo);
   whitted_surface(w, p);
-  Vec3 light = material_emission(p->m, w->textures, &p->s);
+  Vec3 light = material_emission(&w->materials[p->s.material], w->textures, &p->s); // of a mix, what both parts shine
   if (!v3_is_zero(w->whitted_ambient)) {
     const bool has_ambient = p->m->kind == SURFACE_PHONG || p->m->kind == SURFACE_COOK_TORRANCE;
     const Vec3 a = has_ambient ? p->m->ambient * texture_color(w->textures, p->m->color_map, &p->s) : p->diffuse;

@@ -55,14 +55,12 @@ static inline Vec3 bumped_normal(const SurfaceMaterial *m, const TextureMap *map
   return v3_is_zero(bumped) || !v3_is_finite(bumped) ? n : bumped;
 }
 
-// Normals on wo's side. The shading normal must see wo, or the surface would be black where it can be seen.
-static inline void bsdf_place(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s,
-                              Vec3 wo, Bsdf *b)
+// The shading normal on wo's side. It must see wo, or the surface would be black where it can be seen.
+static inline Vec3 material_normal(const SurfaceMaterial *m, const TextureMap *maps, const SurfacePoint *s, Vec3 wo)
 {
   const float side = s->is_back ? -1 : 1;
   const Vec3 n = bumped_normal(m, maps, s, mapped_normal(m, maps, s));
-  b->ng = side * s->ng;
-  b->frame = frame_around(bend_towards(bend_towards(side * n, b->ng), wo));
+  return bend_towards(bend_towards(side * n, side * s->ng), wo);
 }
 
 // --- the materials ----------------------------------------------------------------------------------
@@ -317,7 +315,8 @@ static inline void material_bsdf(const SurfaceMaterial *m, const TextureMap *map
 {
   *out = (Bsdf){.eta = 1};
   m = material_choose(m, maps, s, 0.5f); // whoever has not chosen gets the larger part
-  bsdf_place(m, maps, s, wo, out);
+  out->ng = (s->is_back ? -1.0f : 1.0f) * s->ng;
+  out->frame = frame_around(material_normal(m, maps, s, wo));
   const Vec3 color = clamp_color(m->color * texture_color(maps, m->color_map, s) * v3_load(s->color));
   switch ((SurfaceKind)m->kind) {
   case SURFACE_PBR: bsdf_pbr(m, maps, s, color, out); return;

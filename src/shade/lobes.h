@@ -97,27 +97,28 @@ static inline float glass_edge(float fresnel, float eta)
   return clamp_f((fresnel - first) / (1 - first), 0, 1);
 }
 
-// Light of three colours that are about to part: each is reflected by its own index, and only the one of `band` passes,
-// for all three (a mean of three such choices is right; bsdf_disperse() in bsdf.h).
-static RARE GlassSplit glass_split_dispersed(const Bsdf *b, float fresnel, float cos_i, float cos_t)
-{
-  Vec3 x = v3_all(0);
-  for (int k = 0; k < 3; k++) {
-    float unused;
-    x[k] = glass_edge(k == b->band ? fresnel : fresnel_dielectric(cos_i, b->etas[k], &unused), b->etas[k]);
-  }
-  const Vec3 r = b->glass0 + (b->glass90 - b->glass0) * x;
-  Vec3 pass = v3_all(0);
-  if (cos_t > 0) pass[b->band] = 3 * b->tint[b->band] * max_f(1 - r[b->band], 0);
-  return (GlassSplit){b->glass * r, pass, cos_t};
-}
-
 // Under a thin film what the film's two borders and the body's reflect together, by the cosine outside, whichever side
 // the light comes from. A sheet of index 1 is the film alone, as a soap bubble.
 static RARE Vec3 film_over_glass(const Bsdf *b, Vec3 r, float cos_i, float cos_t)
 {
   if (!(cos_t > 0)) return v3_all(1);
   return v3_mix(r, b->glass90 * film_reflectance(&b->film, b->eta < 1 ? cos_t : cos_i), b->film.weight);
+}
+
+// Light of three colours that are about to part: each is reflected by its own index, and only the one of `band` passes,
+// for all three (a mean of three such choices is right; bsdf_disperse() in bsdf.h).
+static RARE GlassSplit glass_split_dispersed(const Bsdf *b, float fresnel, float cos_i, float cos_t)
+{
+  Vec3 r = v3_all(0);
+  for (int k = 0; k < 3; k++) {
+    float cos_k = cos_t;
+    const float here = k == b->band ? fresnel : fresnel_dielectric(cos_i, b->etas[k], &cos_k);
+    const Vec3 all = b->glass0 + (b->glass90 - b->glass0) * glass_edge(here, b->etas[k]);
+    r[k] = b->film.weight > 0 ? film_over_glass(b, all, cos_i, cos_k)[k] : all[k];
+  }
+  Vec3 pass = v3_all(0);
+  if (cos_t > 0) pass[b->band] = 3 * b->tint[b->band] * max_f(1 - r[b->band], 0);
+  return (GlassSplit){b->glass * r, pass, cos_t};
 }
 
 static inline GlassSplit glass_split_at(const Bsdf *b, float fresnel, float cos_i, float cos_t)

@@ -188,7 +188,15 @@ bool prepare_scene_lights(Prepare *p, const Source *source, const Frame *frame, 
 
 // --- shining surfaces -----------------------------------------------------------------------------
 // Cut-out surfaces are not aimed at: a point on a hole would shine. They still light what their rays meet.
-static bool is_aimable(const SurfaceMaterial *m) { return m->is_light && m->alpha_mode == SURFACE_OPAQUE; }
+// Nor is noise in space: what is aimed at is a place in uv, and what is met there would shine otherwise.
+static bool is_aimable(Prepare *p, const SurfaceMaterial *m)
+{
+  if (!m->is_light || m->alpha_mode != SURFACE_OPAQUE) return false;
+  const TextureMap *map = m->emission_map.map >= 0 ? &p->textures.items[m->emission_map.map] : NULL;
+  if (!map || map->kind != TEXTURE_MAP_NOISE || map->space == TEXTURE_UV) return true;
+  note_once(&p->world->notes, "what shines by noise in space is not aimed at, which costs noise; lay it out in \"uv\"");
+  return false;
+}
 
 static bool is_similarity(const Frame *f)
 {
@@ -300,7 +308,7 @@ static bool mesh_emitters(Prepare *p, size_t index, const MeshData *data)
     const uint32_t slot = w->slots && w->slots[t] < w->slot_count ? w->slots[t] : 0;
     const SurfaceMaterial *m = &p->materials.items[w->materials[slot]];
     table[t] = -1;
-    if (!is_aimable(m)) continue;
+    if (!is_aimable(p, m)) continue;
     const Emitter base = emitter_of(p, m), e = triangle_emitter(p, &base, f, &w->mesh, t);
     if (!(e.area > 0) || !isfinite(e.area)) continue;
     table[t] = (int32_t)p->emitters.count;
@@ -329,7 +337,7 @@ bool prepare_emitters(Prepare *p)
   for (size_t i = 0; i < p->instances.count; i++) {
     const WorldInstance *w = &p->shading.items[i];
     bool shines = false;
-    for (uint32_t s = 0; s < w->slot_count; s++) shines |= is_aimable(&p->materials.items[w->materials[s]]);
+    for (uint32_t s = 0; s < w->slot_count; s++) shines |= is_aimable(p, &p->materials.items[w->materials[s]]);
     if (!shines) continue;
     const int32_t part = p->mesh_parts.items[i];
     if (part >= 0 ? !mesh_emitters(p, i, p->parts->meshes.items[part].data) : !shape_emitters(p, i)) return false;

@@ -392,6 +392,7 @@ static void join_mix(Prepare *p, const Source *source, size_t i)
   const bool is_opaque = part[0]->alpha_mode == SURFACE_OPAQUE && part[1]->alpha_mode == SURFACE_OPAQUE;
   s->alpha_mode = is_opaque ? SURFACE_OPAQUE : SURFACE_BLEND;
   s->needs_filter = !is_opaque || !s->is_double_sided;
+  s->has_maps |= part[0]->has_maps || part[1]->has_maps;
   join_emission(p, s, part[0], part[1]);
 }
 
