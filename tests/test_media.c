@@ -84,6 +84,23 @@ TEST(the_mean_cosine_is_g)
   }
 }
 
+// Who asks for an integrator that sees no media is told so.
+TEST(integrators_without_media_say_so)
+{
+  const Integrator kinds[] = {INTEGRATOR_PATH, INTEGRATOR_CLASSIC, INTEGRATOR_WHITTED};
+  for (int i = 0; i < 3; i++) {
+    Scene *s = new_scene(1);
+    s->render.integrator = kinds[i];
+    add_medium(s, 0, 1);
+    add_sphere(s, -1, 0, 0, 0, 1)->common.medium = 0;
+    World *w = world_of(s);
+    CHECK(w->notes.lines.count == (i > 0));
+    if (i && w->notes.lines.count) CHECK(strstr(w->notes.lines.items[0], i == 1 ? "classic" : "whitted"));
+    world_release(w);
+    scene_destroy(s);
+  }
+}
+
 // --- what is lost -----------------------------------------------------------------------------------
 
 // P9: what is left behind a slab, exactly: light that is only absorbed needs no chance.
@@ -114,6 +131,34 @@ TEST(media_that_overlap_add_up)
   add_sphere(s, -1, 0, 0, 3, 0.5f)->common.medium = 0;    // beside
   const Picture p = picture_of(s, parallel(0, 0, 9, 0, 0, 0, 1e-3f), 4, 1);
   CHECK_NEAR(p.mean[0], exp(-0.3 * 2 - 0.5 * 2 - 0.5 * 1 - 0.3 * 1), 1e-5);
+}
+
+// What passes many media in a row is what passes one of their length: each has chances of its own.
+TEST(many_media_in_a_row)
+{
+  Scene *s = new_scene(1);
+  add_medium(s, 0.5f, 0);
+  s->render.max_depth = 0; // what is scattered is lost
+  for (int i = 0; i < 24; i++) add_box(s, -1, 0, 0, (float)i, 8, 8, 0.25f)->common.medium = 0;
+  const Picture p = picture_of(s, parallel(0, 0, 30, 0, 0, 0, 1), 16, 64);
+  CHECK_NEAR(p.mean[0], exp(-0.5 * 24 * 0.25), 6 * p.error);
+  CHECK(p.error < 0.003);
+}
+
+// Smoke covers what is behind it by what it takes of its light, whatever it does with that.
+TEST(smoke_is_seen_in_alpha)
+{
+  const float scattering[] = {0, 0.7f, 0.3f};
+  for (int i = 0; i < 3; i++) {
+    Scene *s = new_scene(1);
+    MediumCommon *m = add_medium(s, scattering[i], 0.7f - scattering[i]);
+    if (i == 2) set3(m->absorption, 0.1f, 0.4f, 0.7f);
+    s->render.transparent = true;
+    add_box(s, -1, 0, 0, 0, 8, 8, 1)->common.medium = 0;
+    const Picture p = picture_of(s, parallel(0, 0, 9, 0, 0, 0, 1), 16, 64);
+    const double left = i == 2 ? (exp(-0.4) + exp(-0.7) + exp(-1.0)) / 3 : exp(-0.7);
+    CHECK_NEAR(p.mean[3], 1 - left, i ? 0.02 : 1e-5);
+  }
 }
 
 // An eye knows what it is in: at its centre, on its lens, and where parallel rays begin.

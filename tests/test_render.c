@@ -256,6 +256,29 @@ TEST(aimed_at_and_stumbled_upon_agree)
   }
 }
 
+// What a lamp with a pattern shines is the same by aiming and by luck, also when the pattern lies in space.
+TEST(patterns_shine_as_they_look)
+{
+  for (int space = 0; space < 3; space++) {
+    Picture p[2];
+    for (int is_light = 0; is_light < 2; is_light++) {
+      Scene *s = new_scene(0);
+      const int32_t t = scene_add_texture(s, TEXTURE_NOISE, "noise"), glow = add_glow(s, 4, is_light);
+      s->textures.items[t].noise = (TextureNoise){.space = space, .size = 0.8f, .octaves = 2, .lacunarity = 2,
+                                                  .persistence = 0.5f, .contrast = 4, .color_b = {1, 1, 1}};
+      s->materials.items[glow].emission.color_texture = t;
+      add_quad(s, add_lambert(s, 1, 1, 1), 0, 0, 0, -90, 0, 4);
+      add_quad(s, glow, 0.35f, 0.4f, 0.2f, 90, 0, 1);
+      s->render.max_depth = 1;
+      p[is_light] = picture_of(s, parallel(0.2f, 0.2f, 1, 0.3f, 0, 0, 0.4f), 16, 512);
+    }
+    const double sigma = sqrt(p[0].error * p[0].error + p[1].error * p[1].error);
+    CHECK_MSG(fabs((double)p[0].mean[1] - (double)p[1].mean[1]) < 4 * sigma + 1e-4, "space %d: %.5f and %.5f +- %.5f", space,
+              (double)p[0].mean[1], (double)p[1].mean[1], sigma);
+    CHECK(p[0].mean[1] > 0.1f);
+  }
+}
+
 // --- through and past things --------------------------------------------------------------------
 
 TEST(a_slab_absorbs_exponentially)
@@ -327,6 +350,32 @@ TEST(opacity_lets_light_through_in_part)
   CHECK_NEAR(through_curtain(ALPHA_MASK, 0.4f, true, false), 1, 1e-6);
   CHECK_NEAR(through_curtain(ALPHA_OPAQUE, 1, false, false), 0, 1e-6);
   CHECK_NEAR(through_curtain(ALPHA_OPAQUE, 1, false, true), 1, 1e-6);
+}
+
+// A way in and a way out are two surfaces, each there in part.
+TEST(opacity_counts_at_each_crossing)
+{
+  for (int c = 0; c < 4; c++) {
+    Scene *s = new_scene(1);
+    const int32_t m = add_pbr(s, 0, 1);
+    Pbr *pbr = &s->materials.items[m].pbr;
+    pbr->alpha_mode = ALPHA_BLEND;
+    pbr->opacity = 0.3f;
+    pbr->specular = 0;
+    if (c == 0) add_sphere(s, m, 0, 0, 0, 1);
+    if (c == 1) add_box(s, m, 0, 0, 0, 2, 2, 2);
+    if (c == 2) {
+      Object *o = add_object(s, SHAPE_CYLINDER, m, 0, 0, 0);
+      o->shape.cylinder.radius = 1;
+      o->shape.cylinder.height = 2;
+    }
+    if (c == 3) {
+      Object *o = add_object(s, SHAPE_TORUS, m, 0, 0, 0); // met four times
+      o->shape.torus.radius = 1;
+      o->shape.torus.tube_radius = 0.4f;
+    }
+    CHECK_NEAR(picture_of(s, parallel(0, 0, 3, 0, 0, 0, 0.2f), 32, 64).mean[1], pow(0.7, c == 3 ? 4 : 2), 0.01);
+  }
 }
 
 TEST(shadows_are_as_thin_as_what_casts_them)

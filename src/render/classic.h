@@ -171,7 +171,8 @@ static inline void classic_send(Classic *c, const Path *p, const PathVertex *v, 
                        .from_n = path_light_side(&v->bsdf),
                        .scatter_pdf = lobes->count * local[2] / PI,
                        .cone = p->cone,
-                       .share = p->share};
+                       .share = p->share,
+                       .band = p->band};
   path_widen(&w->paths[i], &(BsdfSample){.pdf = w->paths[i].scatter_pdf}, v->width);
   c->owner[i] = (uint16_t)(p - c->chain.paths);
   w->path_of[i] = (uint16_t)i;
@@ -209,8 +210,9 @@ static inline void classic_scatter(Classic *c, const Path *p, const PathVertex *
 
 // --- the chain ------------------------------------------------------------------------------------------
 // Takes a path to where its ray ends. True, and the ray to go on by, unless the chain ends there.
-static inline bool classic_step(Classic *c, Path *p, Ray *ray, const Hit *hit, FilmSample *seen)
+static inline bool classic_step(void *classic, Path *p, Ray *ray, const Hit *hit, FilmSample *seen)
 {
+  Classic *c = classic;
   const RenderPass *pass = p->pass;
   PathVertex v;
   if (hit->instance == NO_HIT) {
@@ -234,23 +236,8 @@ static inline bool classic_step(Classic *c, Path *p, Ray *ray, const Hit *hit, F
 
 static inline void classic_shade(Classic *c)
 {
-  Wave *w = &c->chain;
-  size_t left = 0;
-  wave_fetch(w);
-  wave_draw(w);
-  for (size_t i = 0; i < w->going; i++) {
-    const size_t path_i = w->path_of[i];
-    Path *p = &w->paths[path_i];
-    Ray ray = ray_unpack(&w->rays[i]);
-    if (!classic_step(c, p, &ray, &w->hits[i], &w->seen[path_i])) continue;
-    p->depth++;
-    w->path_of[left] = (uint16_t)path_i;
-    w->rays[left] = ray_pack(&ray);
-    w->queries[left++].seed = path_ray_seed(p, 0);
-  }
-  wave_add_lights(w);
+  wave_advance(&c->chain, classic_step, c);
   classic_flush(c);
-  w->going = left;
 }
 
 // What the paths see is in c->chain.seen.

@@ -25,7 +25,8 @@ enum { PAIR_FILM, PAIR_LENS, PAIR_VERTEX, PAIR_SCATTER = 0, PAIR_CHOICES, PAIR_L
        PAIR_MATERIAL = 1 << 20 };
 
 // Those of the way to a vertex are far from them, so that pictures without media do not depend on media.
-enum { PAIR_MEDIA = 1 << 30, MEDIA_PAIRS = 16 };
+// A way through many media has stretches beyond those that have pairs of their own: plain hashes decide in them.
+enum { PAIR_MEDIA = 1 << 30, MEDIA_PAIRS = 16, STRETCHES_PAIRED = MEDIA_PAIRS / 2 };
 
 typedef struct Path {
   const RenderPass *pass;
@@ -72,15 +73,18 @@ static inline Vec2 path_material_pair(const Path *p)
   return sample_pair(p->sampler, PAIR_MATERIAL + (uint32_t)p->depth);
 }
 
-// For the i-th stretch of a medium on the way to a vertex: where light is scattered, and by which medium.
-static inline uint32_t path_media_pair(const Path *p, uint32_t stretch)
-{
-  return PAIR_MEDIA + (uint32_t)p->depth * MEDIA_PAIRS + 2 * (stretch < MEDIA_PAIRS / 2 ? stretch : MEDIA_PAIRS / 2 - 1);
-}
-
 static inline uint32_t path_ray_seed(const Path *p, uint32_t ray)
 {
   return hash_combine(p->seed, (uint32_t)p->depth << 16 | ray);
+}
+
+// For the i-th stretch of a medium on the way to a vertex: where light is scattered (which: 0), and by which medium (1).
+static inline Vec2 path_media_pair(const Path *p, uint32_t stretch, uint32_t which)
+{
+  if (stretch < STRETCHES_PAIRED)
+    return sample_pair(p->sampler, PAIR_MEDIA + (uint32_t)p->depth * MEDIA_PAIRS + 2 * stretch + which);
+  const uint32_t h = hash_combine(path_ray_seed(p, 0xfffe), 2 * stretch + which);
+  return (Vec2){unit_float(hash_combine(h, 0)), unit_float(hash_combine(h, 1))};
 }
 
 // Power heuristic with exponent 2 (Veach 1997, equation 9.13).
@@ -230,7 +234,8 @@ static inline bool path_sample_light(const Path *p, const PathVertex *v, const B
 // --- scatter, and decide whether to go on -------------------------------------------------------
 // A direction drawn with density pdf stands for 1/pdf of solid angle among the directions one sample could have taken,
 // and for the part of it that is this sample's (Bekaert et al. 2003, "A custom designed density estimator for light
-// transport", footprints from densities). A quarter of its side, so that neighbouring samples' cones do not overlap.
+// transport", footprints from densities). A quarter of its side is an estimate, meant to keep neighbouring samples' cones
+// apart; no other part was measured.
 static inline void path_widen(Path *p, const BsdfSample *next, float width)
 {
   p->cone.width = width;
@@ -294,15 +299,14 @@ static inline bool path_through(Path *p, const MediumSet *s, const Ray *ray, flo
                                 MediumPoint *out)
 {
   const Volume sum = media_sum(p->pass->world, s);
-  const uint32_t pair = path_media_pair(p, stretch);
   if (!v3_is_zero(sum.emission)) path_add_glow(p, &sum, from, to - from);
   if (v3_is_zero(sum.scattering)) {
     p->throughput *= volume_fade(sum.extinction, to - from);
     return false;
   }
-  const float t = volume_distance(&sum, to - from, sample_pair(p->sampler, pair), &p->throughput);
+  const float t = volume_distance(&sum, to - from, path_media_pair(p, stretch, 0), &p->throughput);
   if (!(t < to - from)) return false;
-  path_note_scattering(p, s, &sum, ray, from + t, s->count > 1 ? sample_pair(p->sampler, pair + 1).x : 0, out);
+  path_note_scattering(p, s, &sum, ray, from + t, s->count > 1 ? path_media_pair(p, stretch, 1).x : 0, out);
   return true;
 }
 

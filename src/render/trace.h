@@ -32,6 +32,17 @@ static inline void trace_footprint(const World *w, const Ray *ray, const Hit *hi
     accel_footprint(w->accel, &w->instances[hit->instance].mesh, ray, hit, width, s);
 }
 
+// Tells the places apart where one ray meets one instance: of a mesh by its triangles; quads and disks are met once;
+// other shapes by how far away the place is, which is the same bits however it was found.
+static inline uint32_t trace_place(const World *w, const Hit *hit)
+{
+  const InstanceKind kind = (InstanceKind)w->accel->instances[hit->instance].kind;
+  if (kind != INSTANCE_SPHERE && kind != INSTANCE_SOLID && kind != INSTANCE_CSG) return hit->prim;
+  uint32_t bits;
+  memcpy(&bits, &hit->t, sizeof bits);
+  return hash_combine(hit->prim, bits);
+}
+
 // Does the surface stop this ray? Coverage is settled by comparing with a hash (stochastic transparency, Enderton et
 // al. 2010): right on average, and each path sees a surface that is there or not.
 static bool trace_counts(const void *user, const Ray *ray, const Hit *hit)
@@ -45,7 +56,7 @@ static bool trace_counts(const void *user, const Ray *ray, const Hit *hit)
   trace_footprint(w, ray, hit, 0, &s); // the finest level: the mean of a cut is not the cut of a mean
   const float opacity = material_opacity(m, w->textures, &s);
   if (opacity >= 1) return true;
-  return unit_float(hash_combine(hash_combine(q->seed, hit->instance), hit->prim)) < opacity;
+  return unit_float(hash_combine(hash_combine(q->seed, hit->instance), trace_place(w, hit))) < opacity;
 }
 
 static inline bool trace_closest(const World *w, const Ray *ray, RayMask mask, uint32_t seed,

@@ -208,7 +208,7 @@ static inline bool wave_arrive(Wave *w, Path *p, const Ray *ray, const Hit *hit,
 {
   if (hit->instance == NO_HIT) {
     if (p->depth == 0 && w->pass->settings.transparent)
-      seen->alpha = 0;
+      seen->alpha = w->has_media ? 1 - v3_mean(p->throughput) : 0; // media cover by what they take
     else
       path_add_sky(p, ray->d);
     return false;
@@ -219,8 +219,9 @@ static inline bool wave_arrive(Wave *w, Path *p, const Ray *ray, const Hit *hit,
 }
 
 // Takes a path to its next vertex. True, and the ray to go on by, unless the path ends there.
-static inline bool wave_step(Wave *w, Path *p, Ray *ray, const Hit *hit, FilmSample *seen)
+static inline bool wave_step(void *wave, Path *p, Ray *ray, const Hit *hit, FilmSample *seen)
 {
+  Wave *w = wave;
   PathVertex v;
   MediumPoint at;
   const bool is_inside = w->has_media && wave_travel(w, p, ray, hit->t, &at, seen);
@@ -268,7 +269,12 @@ static inline void wave_fetch(const Wave *w)
   }
 }
 
-static inline void wave_shade(Wave *w)
+// What takes a path to its next vertex, for wave_advance().
+typedef bool WaveStep(void *user, Path *p, Ray *ray, const Hit *hit, FilmSample *seen);
+
+// Takes all that are on their way to their next vertices and keeps those that go on. Always inlined, so that `step` is no
+// call.
+static inline __attribute__((always_inline)) void wave_advance(Wave *w, WaveStep *step, void *user)
 {
   size_t left = 0;
   wave_fetch(w);
@@ -277,7 +283,7 @@ static inline void wave_shade(Wave *w)
     const size_t path_i = w->path_of[i];
     Path *p = &w->paths[path_i];
     Ray ray = ray_unpack(&w->rays[i]);
-    if (!wave_step(w, p, &ray, &w->hits[i], &w->seen[path_i])) continue;
+    if (!step(user, p, &ray, &w->hits[i], &w->seen[path_i])) continue;
     p->depth++;
     w->path_of[left] = (uint16_t)path_i;
     w->rays[left] = ray_pack(&ray);
@@ -285,6 +291,11 @@ static inline void wave_shade(Wave *w)
   }
   wave_add_lights(w);
   w->going = left;
+}
+
+static inline void wave_shade(Wave *w)
+{
+  wave_advance(w, wave_step, w);
 }
 
 // What the paths see is in w->seen.

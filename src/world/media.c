@@ -82,9 +82,19 @@ static void add_bounds(World *w)
   }
 }
 
+static void note_blind_integrators(Prepare *p)
+{
+  const int32_t integrator = p->scene->render.integrator;
+  if (!p->boundaries.count && p->scene->render.atmosphere < 0) return;
+  if (integrator == INTEGRATOR_CLASSIC || integrator == INTEGRATOR_WHITTED)
+    note_once(&p->world->notes, "the scene has media, which the integrator \"%s\" does not see; take \"path\"",
+              integrator == INTEGRATOR_CLASSIC ? "classic" : "whitted");
+}
+
 bool prepare_media(Prepare *p)
 {
   World *w = p->world;
+  note_blind_integrators(p);
   for (size_t i = 0; i < p->boundaries.count; i++) {
     const int32_t part = p->boundary_parts.items[i];
     if (part >= 0) p->boundaries.items[i].mesh = p->parts->meshes.items[part].tree;
