@@ -28,7 +28,7 @@
 
 // --- settings -----------------------------------------------------------------------------------
 #define RENDER_FIELDS(F)                                                                                            \
-  F(choice,  integrator, 0, 0, 0, "path|normal|depth|albedo|uv|id|bary|cost|classic|whitted", "What a pixel shows: light (`path`; `classic`, mirror chains with scattered rays; `whitted`, direct light, mirrors and glass without chance), or a debug view, which `rayfold render` saves untouched by `develop`.") \
+  F(choice,  integrator, 0, 0, 0, "path|normal|depth|albedo|uv|id|bary|cost|classic|whitted", "What a pixel shows: light (`path`; `classic`, mirror chains with scattered rays; `whitted`, direct light, mirrors and glass without chance; these two see no media), or a debug view, which `rayfold render` saves untouched by `develop`.") \
   F(size,    size, (1280, 720), 1, 32768, "px", "Width and height of the picture.")                                 \
   F(integer, spp, 64, 1, 524288, "", "Samples a pixel.")                                                            \
   F(integer, max_depth, 8, 0, 4096, "", "Most bounces of a path; 0 shows emitted light only, 1 direct light.")      \
@@ -278,7 +278,7 @@ typedef struct Texture {
   F(real,    iridescence_thickness_min, 100, 0, 10000, "nm", "Thickness where its texture is 0.")                   \
   F(real,    iridescence_thickness_max, 400, 0, 10000, "nm", "Thickness where its texture is 1, and without one.")  \
   F(texture, iridescence_thickness_texture, -1, 0, 0, "", "From min to max; its green channel.")                    \
-  F(real,    dispersion, 0, 0, 20, "", "Parts colours in refraction: 20 / Abbe number; diamond 0.36 (KHR_materials_dispersion).") \
+  F(real,    dispersion, 0, 0, 20, "", "Parts colours in refraction: 20 / Abbe number; diamond 0.36 (KHR_materials_dispersion). The integrator `whitted` does not.") \
   F(flag,    double_sided, 1, 0, 1, "", "False: seen from behind the surface is not there.")
 #define LAMBERT_FIELDS(F)                                                              \
   F(color,   albedo, (0.8, 0.8, 0.8), 0, 1, "", "Part of the light that is scattered.") \
@@ -290,7 +290,7 @@ typedef struct Texture {
   F(color, color, (1, 1, 1), 0, 1, "", "Multiplies what passes the surface.")                                    \
   F(real,  ior, 1.5, 1, 5, "", "Index of refraction.")                                                           \
   F(real,  roughness, 0, 0, 1, "", "0 is polished.")                                                             \
-  F(real,  dispersion, 0, 0, 20, "", "Parts colours: 20 / Abbe number; crown glass 0.31, flint 0.55, diamond 0.36.") \
+  F(real,  dispersion, 0, 0, 20, "", "Parts colours: 20 / Abbe number; crown glass 0.31, flint 0.55, diamond 0.36. The integrator `whitted` does not.") \
   F(color, attenuation_color, (1, 1, 1), 0, 1, "", "What is left of white light after attenuation_distance.")    \
   F(real,  attenuation_distance, 0, 0, NO_LIMIT, "m", "0 is clear.")
 #define PRINCIPLED_FIELDS(F)                                                                                        \
@@ -353,7 +353,7 @@ typedef struct Texture {
 #define MIX_FIELDS(F)                                                                                            \
   F(material, first, -1, 0, 0, "", "One material; none: a grey pbr.")                                            \
   F(material, second, -1, 0, 0, "", "The other. Mixes may hold mixes, four deep at most, and never themselves.") \
-  F(real,    amount, 0.5, 0, 1, "", "How much of the second.")                                                   \
+  F(real,    amount, 0.5, 0, 1, "", "How much of the second. To the integrator `whitted` the larger part is all but what shines.") \
   F(texture, amount_texture, -1, 0, 0, "", "Multiplies amount.")                                                 \
   F(choice,  amount_channel, 0, 0, 0, "r|g|b|a", "The channel of amount_texture that counts.")
 #define EMISSION_FIELDS(F)                                                                                 \
