@@ -4,6 +4,7 @@
 #include "tests/test.h"
 
 #include "base/hash.h"
+#include "base/mem.h"
 #include "image/image.h"
 #include "post/display.h"
 #include "rayfold/rayfold.h"
@@ -344,6 +345,81 @@ TEST(it_sleeps_when_done_and_ends_at_once)
   rf_engine_destroy(r.engine);
 }
 
+// Memory that is out for a larger window: a message, and the window as it was comes back whole.
+TEST(a_window_too_large_leaves_the_one_before)
+{
+  Room r = room_of("scenes/cornell.json", true, 2);
+  char message[400] = "";
+  r.view.denoise = false;
+  r.view.step = 4;
+  for (long n = 1; n < 8; n++) {
+    CHECK(rf_live_show(r.live, &r.view));
+    while (rf_live_step(r.live)) rf_live_take(r.live, &r.frame);
+    rf_live_view larger = r.view;
+    larger.width += 3 * (int)n;
+    CHECK(rf_live_show(r.live, &larger));
+    mem_fail_after(n);
+    rf_live_step(r.live);
+    mem_fail_after(0);
+    CHECK(n > 2 || rf_live_message(r.live, message, sizeof message));
+    CHECK(rf_live_show(r.live, &r.view));
+    while (rf_live_step(r.live)) rf_live_take(r.live, &r.frame);
+    CHECK(r.frame.is_finished && r.frame.width == r.view.width && equals_offline(&r));
+  }
+  CHECK_TEXT(message, "memory");
+  room_finish(&r);
+}
+
+static float highest(const rf_world *w)
+{
+  rf_vec3 lo = {0}, hi = {0};
+  CHECK(w && rf_world_bounds(w, &lo, &hi));
+  return hi.y;
+}
+
+// A scene that breaks off what an edit needs and then cannot be shown itself must not swallow the edit.
+TEST(an_edit_outlives_a_bad_scene_after_it)
+{
+  Room r = room_of("scenes/cornell.json", false, 1);
+  CHECK(wait_for(&r, rf_live_show(r.live, &r.view), 0, true));
+  for (int i = 1; i <= 40; i++) {
+    char json[20];
+    snprintf(json, sizeof json, "%d", 10 * i);
+    rf_scene *bad = rf_scene_create(r.engine);
+    CHECK(rf_set(bad, "sky", "{\"kind\": \"image\", \"file\": \"nowhere.hdr\"}"));
+    CHECK(rf_live_set(r.live, "objects[0].translate.1", json, false));
+    usleep((unsigned)(20 * (i % 20)));
+    CHECK(rf_live_replace(r.live, bad));
+    rf_scene *s = rf_live_borrow(r.live, 60);
+    rf_world *fresh = rf_prepare(s, NULL), *shown = rf_live_world(r.live);
+    CHECK_MSG(highest(fresh) == highest(shown), "%g is shown, not %g", (double)highest(shown), (double)highest(fresh));
+    rf_world_destroy(fresh);
+    rf_world_destroy(shown);
+    rf_live_return(r.live);
+  }
+  room_finish(&r);
+}
+
+// R7: destroyed at whatever moment of a large picture it is soon gone.
+TEST(it_ends_soon_at_any_moment)
+{
+  double worst = 0;
+  for (int i = 0; i < (TEST_IS_SLOW ? 3 : 12); i++) {
+    Room r = room_of("scenes/showcase.json", false, 1000);
+    r.view.width = 640;
+    r.view.height = 360;
+    CHECK(rf_live_show(r.live, &r.view));
+    usleep((unsigned)(i * 9000));
+    const double start = now(CLOCK_MONOTONIC);
+    rf_live_destroy(r.live);
+    const double took = now(CLOCK_MONOTONIC) - start;
+    if (took > worst) worst = took;
+    rf_engine_destroy(r.engine);
+  }
+  CHECK_MSG(worst < (TEST_IS_SLOW ? 3 : 0.25), "%.3f s", worst);
+  printf("  destroyed within %.0f ms\n", 1e3 * worst);
+}
+
 TEST(nonsense_is_refused)
 {
   Room r = room_of("scenes/cornell.json", true, 4);
@@ -355,6 +431,10 @@ TEST(nonsense_is_refused)
   v = r.view;
   v.step = 3;
   CHECK(!rf_live_show(r.live, &v) && rf_error(r.engine, NULL) == RF_BAD_ARGUMENT);
+  v = r.view;
+  v.eye.frame.p.x = NAN; // would never be the same as before, and so never finished
+  CHECK(!rf_live_show(r.live, &v) && rf_error(r.engine, NULL) == RF_BAD_ARGUMENT);
+  rf_live_return(r.live); // nothing was borrowed
   v = r.view;
   v.magic = 0;
   CHECK(!rf_live_show(r.live, &v) && rf_error(r.engine, NULL) == RF_BAD_ARGUMENT);

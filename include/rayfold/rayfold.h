@@ -456,8 +456,8 @@ RF_API uint64_t rf_live_show(rf_live *l, const rf_live_view *view);
 RF_API uint64_t rf_live_set(rf_live *l, const char *path, const char *json, bool goes_on);
 RF_API uint64_t rf_live_undo(rf_live *l);
 RF_API uint64_t rf_live_redo(rf_live *l);
-// Another scene in its place, which is taken over; what is equal in both is kept. When it cannot be prepared, the one
-// there is stays.
+// Another scene in its place, which is taken over, even if this is refused; what is equal in both is kept. When it cannot
+// be prepared, the one there is stays.
 RF_API uint64_t rf_live_replace(rf_live *l, rf_scene *s);
 
 // The newest frame; false: none since the last call.

@@ -15,6 +15,7 @@
 #include "base/mem.h"
 #include "render/live.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -63,12 +64,13 @@ struct rf_live {
   double prepare_seconds;
   int ready_slot, taken_slot; // of slots; the third is the frame thread's
   bool is_ready;              // ready_slot is newer than taken_slot
-  bool is_scene_taken;
+  bool is_scene_taken, is_borrowed; // by anybody; by a caller
   bool is_message_new;
   char message[sizeof((Err *)0)->text];
   // ---------------------------------------
   rf_scene *scene;    // owned; by whoever has taken it
   rf_world *previous; // owned; for the first world to share with; NULL afterwards
+  bool is_stale;      // preparing was broken off, so the newest world lacks edits; of whoever has taken the scene
   LiveSlot slots[3];
   // Of the frame thread alone:
   Live *live;
@@ -183,21 +185,23 @@ static bool prepare(rf_live *l, rf_scene *s, uint64_t edit, Err *err)
 // The edits of one turn, then one world for all of them.
 static void work_off(rf_live *l, LiveEdits *edits, uint64_t last)
 {
-  bool is_stale = false;
   for (size_t i = 0; i < edits->count; i++) {
     LiveEdit *e = &edits->items[i];
     Err err = {0};
-    is_stale |= apply(l, e, &err);
+    l->is_stale |= apply(l, e, &err);
     if (e->kind == LIVE_REPLACE && prepare(l, e->scene, e->number, &err)) {
       rf_scene *old = l->scene;
       l->scene = e->scene;
       e->scene = old;
-      is_stale = false;
+      l->is_stale = false;
     }
     if (err.kind && err.kind != ERR_CANCELLED) tell(l, &err);
   }
   Err err = {0};
-  if (is_stale && !prepare(l, l->scene, last, &err) && err.kind != ERR_CANCELLED) tell(l, &err);
+  const bool ok = !l->is_stale || prepare(l, l->scene, last, &err);
+  // What was broken off for another scene is made up for if that one cannot be prepared; what failed would fail again.
+  l->is_stale = !ok && err.kind == ERR_CANCELLED;
+  if (!ok && !l->is_stale) tell(l, &err);
   pthread_mutex_lock(&l->mutex);
   l->world_edit = last;
   l->posted++;
@@ -219,7 +223,7 @@ static LiveEdits take_edits(rf_live *l, uint64_t *last)
 static void give_scene(rf_live *l)
 {
   pthread_mutex_lock(&l->mutex);
-  l->is_scene_taken = false;
+  l->is_scene_taken = l->is_borrowed = false;
   pthread_cond_broadcast(&l->scene_free);
   pthread_cond_signal(&l->edit_wake);
   pthread_mutex_unlock(&l->mutex);
@@ -411,6 +415,10 @@ static bool view_from(const rf_live_view *v, LiveView *out)
   if (v->render.end_sample <= v->render.first_sample || v->render.first_sample > FILM_MOST_SAMPLES / 2)
     return api_bad_argument(function, "samples %d to %d are none, or begin too high", v->render.first_sample,
                             v->render.end_sample);
+  const rf_frame *f = &v->eye.frame;
+  const float sum = f->x.x + f->x.y + f->x.z + f->y.x + f->y.y + f->y.z + f->z.x + f->z.y + f->z.z + f->p.x + f->p.y +
+                    f->p.z + v->eye.fov + v->eye.focus + v->eye.aperture + v->eye.height;
+  if (!isfinite(sum)) return api_bad_argument(function, "the eye is at no place, or looks nowhere: not all of it is finite");
   if (v->step != 0 && v->step != 1 && v->step != 2 && v->step != 4 && v->step != 8)
     return api_bad_argument(function, "a step of %d; it is 0, 1, 2, 4 or 8", v->step);
   out->eye = api_eye(&v->eye);
@@ -487,8 +495,10 @@ uint64_t rf_live_redo(rf_live *l)
 
 uint64_t rf_live_replace(rf_live *l, rf_scene *s)
 {
-  if (!l || !s) return api_bad_argument("rf_live_replace", "live picture and scene must not be NULL");
-  if (s->engine != l->engine) return api_bad_argument("rf_live_replace", "the scene is another engine's");
+  if (!l || !s || s->engine != l->engine) {
+    rf_scene_destroy(s);
+    return api_bad_argument("rf_live_replace", "live picture and scene must not be NULL, and of one engine");
+  }
   return ask(l, (LiveEdit){.kind = LIVE_REPLACE, .scene = s});
 }
 
@@ -551,15 +561,19 @@ rf_scene *rf_live_borrow(rf_live *l, double seconds)
   pthread_mutex_lock(&l->mutex);
   while ((l->is_scene_taken || l->edits.count) && seconds_now() < until)
     pthread_cond_timedwait(&l->scene_free, &l->mutex, &end);
-  const bool ok = !l->is_scene_taken;
-  if (ok) l->is_scene_taken = true;
+  const bool ok = !l->is_scene_taken && !l->edits.count;
+  if (ok) l->is_scene_taken = l->is_borrowed = true;
   pthread_mutex_unlock(&l->mutex);
   return ok ? l->scene : NULL;
 }
 
 void rf_live_return(rf_live *l)
 {
-  if (l) give_scene(l);
+  if (!l) return;
+  pthread_mutex_lock(&l->mutex);
+  const bool is_borrowed = l->is_borrowed;
+  pthread_mutex_unlock(&l->mutex);
+  if (is_borrowed) give_scene(l);
 }
 
 bool rf_live_step(rf_live *l)

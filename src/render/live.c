@@ -48,7 +48,7 @@ struct Live {
   Costs costs[2];           // of views and of light
   Trail trail;
   Display display;
-  float *planes_of; // owned: resolved planes, 13 floats a pixel of window size
+  float *planes_of; // owned: resolved planes, 12 floats a pixel of window size
   float *clean;     // owned: 4 floats a pixel
   size_t room;      // pixels of both
   uint64_t rays;    // since the last frame shown
@@ -423,7 +423,10 @@ LiveOutcome live_step(Live *l, const World *w, const LiveView *view, const Cance
     l->view = *view;
     return refine(l, interrupt, out, err);
   }
-  if (!make_room(l, view, err)) return LIVE_FAILED;
+  if (!make_room(l, view, err)) {
+    l->view.width = 0; // the room of the view before is gone, too
+    return LIVE_FAILED;
+  }
   l->view = *view;
   l->world = w;
   l->is_current = false;
