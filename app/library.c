@@ -2,6 +2,7 @@
 
 #include "library.h"
 
+#include <string.h>
 #include <time.h>
 
 const Option no_options[] = {{0}};
@@ -52,6 +53,11 @@ void json_print_text(FILE *out, const char *text)
     c += n ? n : 1;
   }
   fputc('"', out);
+}
+
+bool integrator_is_light(const char *name)
+{
+  return !strcmp(name, "path") || !strcmp(name, "classic") || !strcmp(name, "whitted");
 }
 
 double seconds_now(void)

@@ -34,6 +34,9 @@ extern const Option no_options[];
 ExitCode engine_open(rf_engine **engine, int threads, const char *isa);
 ExitCode scene_open(rf_scene **scene, rf_engine *engine, const char *path, const Args *args);
 
+// Does this integrator make pictures of light, which the scene's develop is for, rather than of numbers?
+bool integrator_is_light(const char *name);
+
 // "text" in quotes, as JSON writes it.
 void json_print_text(FILE *out, const char *text);
 

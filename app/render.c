@@ -1,20 +1,16 @@
 // `rayfold render`: one scene into one film, the film into as many files as were named. The steps stand in
 // run_render() in their order: everything that can be known to be wrong is found before a big scene is loaded, and
-// nothing is written before the film is done.
+// nothing is written before the film is done. See render.h for what lies in other files.
+
+#include "render.h"
 
 #include "commands.h"
-#include "frames.h"
-#include "kept_film.h"
 #include "library.h"
-#include "nearest.h"
 #include "output.h"
 #include "pictures.h"
-#include "progress.h"
 #include "settings.h"
 #include "signals.h"
 #include "stage.h"
-#include "stats.h"
-#include "video.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -23,8 +19,6 @@
 
 // The scene's own limit of render.spp: what a render bounded by time or noise alone may take.
 #define MOST_SAMPLES "524288"
-
-enum { MOST_VIDEOS = 8 };
 
 static const Option render_options[] = {
     OPTION_PICTURES,
@@ -184,208 +178,12 @@ static const Option render_options[] = {
     {0},
 };
 
-typedef struct Render { // all that one run owns
-  const Args *args;
-  bool is_quiet;
-  bool is_bare; // a model that brings neither camera nor light
-  Progress progress;
-  rf_engine *engine;
-  rf_scene *scene;
-  rf_world *world;
-  rf_shot *shot; // the world in steps, where the shutter is open and something moves; NULL: world and eye are all
-  rf_film *film;
-  KeptFilm kept;         // path NULL: not kept
-  ExitCode kept_code;    // of its last writing
-  unsigned planes;       // the film's
-  unsigned saved_planes; // those asked for
-  rf_eye eye;
-  rf_render_def def;
-  Range *ranges;
-  size_t range_count;
-  Range part; // of the picture, of so many parts; 0: all of it
-  int parts;
-  int samples_wanted; // over all ranges
-  rf_progress before; // what earlier ranges brought, for the progress line
-  double range_share; // of the whole, of the range being rendered
-  double left, later; // samples a pixel still to take of it, and of the ranges after it
-  bool is_complete;   // of the range rendered last, nothing is left
-  bool is_stop_said;
-  Stats stats;
-  bool moves;
-  bool is_all; // frames: "all", until the scene tells which those are
-  Frames frames;
-  double fps;
-  long frames_done;     // or left out, before the one being rendered
-  long frames_rendered; // in this run
-  rf_progress frames_before; // what they took: seconds and rays
-  Video *videos[MOST_VIDEOS];
-  size_t video_count;
-} Render;
-
-// --- before loading: the command line --------------------------------------------------------------
-static ExitCode check_frames(const Render *r)
-{
-  const bool is_resumed = args_has(r->args, "resume");
-  if (r->frames.is_wanted && args_has(r->args, "at"))
-    return fail(EXIT_USAGE, "--at shows one moment and --frames many; leave one of them out");
-  if (r->frames.is_wanted && args_has(r->args, "film"))
-    return fail(EXIT_USAGE, "--film keeps the samples of one picture; render frames without it, or one frame with --at");
-  if (is_resumed && !r->frames.is_wanted) return fail(EXIT_USAGE, "--resume goes on with --frames");
-  if (is_resumed && (pictures_have(r->args, picture_is_video) || pictures_have(r->args, picture_is_hash)))
-    return fail(EXIT_USAGE, "--resume goes on with numbered pictures; a film is made in one go");
-  return EXIT_DONE;
-}
-
-static ExitCode check_outputs(Render *r)
-{
-  const char *stats = args_text(r->args, "stats"), *film = args_text(r->args, "film");
-  if (!args_has(r->args, "output") && !film)
-    return fail(EXIT_USAGE, "render needs -o OUT, as in `rayfold render %s -o picture.png`",
-                r->args->operands[0]);
-  ExitCode code = frames_read(r->args, &r->frames, &r->is_all);
-  if (!code) code = check_frames(r);
-  if (!code) code = pictures_check(r->args, r->engine);
-  if (!code && film) code = output_check(film);
-  return code || !stats ? code : output_check(stats);
-}
-
-static const struct {
-  const char *name;
-  unsigned planes;
-} aov_names[] = {
-    {"albedo", RF_ALBEDO},     {"normal", RF_NORMAL},       {"depth", RF_DEPTH},
-    {"position", RF_POSITION}, {"object_id", RF_OBJECT_ID}, {"material_id", RF_MATERIAL_ID},
-    {"variance", RF_VARIANCE}, {"samples", RF_SAMPLES},     {"all", RF_ALL_PLANES},
-    {"none", RF_BEAUTY},
-};
-
-static ExitCode read_aov(Render *r, const char *name)
-{
-  char hint[160];
-  Nearest n = nearest_begin(name);
-  for (size_t i = 0; i < sizeof aov_names / sizeof *aov_names; i++) {
-    if (!strcmp(name, aov_names[i].name)) {
-      r->planes |= aov_names[i].planes;
-      return EXIT_DONE;
-    }
-    nearest_try(&n, aov_names[i].name);
-  }
-  nearest_hint(&n, "", hint);
-  return fail(EXIT_USAGE, "--aov: there is no plane \"%s\"%s", name,
-              *hint ? hint : "; `rayfold render --help` lists them");
-}
-
-static ExitCode read_planes(Render *r)
-{
-  const char *list = args_text(r->args, "aov");
-  r->planes = RF_BEAUTY;
-  // Without the variance nobody knows the noise, which the progress line shows and --noise waits for.
-  if (!list || args_has(r->args, "noise")) r->planes |= RF_VARIANCE;
-  if (!list) {
-    if (pictures_have(r->args, picture_is_exr)) r->planes = RF_ALL_PLANES;
-    return EXIT_DONE;
-  }
-  while (*list) {
-    char name[40];
-    const size_t n = strcspn(list, ",");
-    snprintf(name, sizeof name, "%.*s", (int)(n < 39 ? n : 39), list);
-    const ExitCode code = read_aov(r, name);
-    if (code) return code;
-    list += n + (list[n] == ',');
-  }
-  if (strcmp(args_text(r->args, "aov"), "none") && !pictures_have(r->args, picture_is_exr) &&
-      !pictures_have(r->args, picture_is_hash))
-    return fail(EXIT_USAGE,
-                "--aov: only .exr holds planes beside the picture; add an output like -o picture.exr");
-  return EXIT_DONE;
-}
-
-static ExitCode read_range(const char *text, Range *out)
-{
-  char first[24];
-  long a, b;
-  const size_t n = strcspn(text, ":");
-  snprintf(first, sizeof first, "%.*s", (int)(n < 23 ? n : 23), text);
-  if (text[n] != ':' || !read_integer(first, &a) || !read_integer(text + n + 1, &b) || a < 0 || b <= a ||
-      b > INT32_MAX)
-    return fail(EXIT_USAGE, "--samples %s: it is A:B, whole numbers with 0 <= A < B, as in 0:8", text);
-  *out = (Range){(int)a, (int)b};
-  return EXIT_DONE;
-}
-
-static ExitCode read_tiles(Render *r)
-{
-  const char *text = args_text(r->args, "tiles");
-  char first[24] = "", end[24] = "";
-  long a, b, n;
-  if (!text) return EXIT_DONE;
-  const size_t colon = strcspn(text, ":"), slash = strcspn(text, "/");
-  if (text[colon] && text[slash] && colon < slash) {
-    snprintf(first, sizeof first, "%.*s", (int)(colon < 23 ? colon : 23), text);
-    snprintf(end, sizeof end, "%.*s", (int)(slash - colon - 1 < 23 ? slash - colon - 1 : 23), text + colon + 1);
-  }
-  if (!read_integer(first, &a) || !read_integer(end, &b) || !read_integer(text + slash + 1, &n) || a < 0 || b <= a ||
-      b > n || n > INT32_MAX)
-    return fail(EXIT_USAGE, "--tiles %s: it is A:B/N, whole numbers with 0 <= A < B <= N, as in 0:1/4", text);
-  if (args_has(r->args, "noise"))
-    return fail(EXIT_USAGE, "--noise needs the whole picture, as each tile is judged with its neighbours; leave out --tiles");
-  r->part = (Range){(int)a, (int)b};
-  r->parts = (int)n;
-  return EXIT_DONE;
-}
-
-static ExitCode check_ranges(const Render *r)
-{
-  for (size_t i = 0; i < r->range_count; i++)
-    for (size_t j = 0; j < i; j++)
-      if (r->ranges[i].first < r->ranges[j].end && r->ranges[j].first < r->ranges[i].end)
-        return fail(EXIT_USAGE, "--samples %d:%d and %d:%d overlap; a sample counts once", r->ranges[j].first,
-                    r->ranges[j].end, r->ranges[i].first, r->ranges[i].end);
-  if (r->range_count && (args_has(r->args, "time") || args_has(r->args, "noise")))
-    return fail(EXIT_USAGE, "--samples says exactly which samples to take; leave out --time and --noise");
-  const long spp = args_integer(r->args, "spp", INT32_MAX);
-  for (size_t i = 0; i < r->range_count; i++)
-    if (r->ranges[i].end > spp)
-      return fail(EXIT_USAGE, "--samples %d:%d ends after --spp %ld", r->ranges[i].first, r->ranges[i].end,
-                  spp);
-  return EXIT_DONE;
-}
-
-static ExitCode read_ranges(Render *r)
-{
-  const char *text;
-  r->ranges = calloc(r->args->given_count + 1, sizeof *r->ranges); // one more for the default
-  if (!r->ranges) return fail(EXIT_INTERNAL, "not enough memory to read the command line");
-  for (size_t i = 0; (text = args_next(r->args, "samples", &i));) {
-    const ExitCode code = read_range(text, &r->ranges[r->range_count++]);
-    if (code) return code;
-  }
-  return check_ranges(r);
-}
-
-// A value out of range is found on an empty scene, before a big one is loaded.
-static ExitCode rehearse_settings(Render *r)
-{
-  rf_scene *empty = rf_scene_create(r->engine);
-  if (!empty) return fail_library(r->engine);
-  ExitCode code = settings_apply(r->args, r->engine, empty, SETTINGS_PLAIN);
-  for (size_t i = 0; !code && i < r->range_count; i++) {
-    char samples[24];
-    snprintf(samples, sizeof samples, "%d", r->ranges[i].end);
-    if (!rf_set(empty, "render.spp", samples))
-      code = fail_usage(r->engine, "--samples %d:%d", r->ranges[i].first, r->ranges[i].end);
-  }
-  rf_scene_destroy(empty);
-  return code;
-}
-
 // --- loading and preparing -------------------------------------------------------------------------
 // A view's colours are numbers to be read off, not light: the scene's curve and exposure would only bend them. What
 // the command line says of develop still holds.
 static ExitCode develop_view_as_it_is(Render *r)
 {
-  const char *integrator = rf_scene_render_def(r->scene, NULL, NULL).integrator;
-  if (!strcmp(integrator, "path") || !strcmp(integrator, "classic") || !strcmp(integrator, "whitted")) return EXIT_DONE;
+  if (integrator_is_light(rf_scene_render_def(r->scene, NULL, NULL).integrator)) return EXIT_DONE;
   if (!rf_set(r->scene, "develop", "{\"tone_curve\": \"linear\"}") ||
       !rf_set(r->scene, "render.denoise", "\"off\""))
     return fail_library(r->engine);
@@ -438,25 +236,6 @@ static ExitCode prepare_stage(Render *r, float aspect)
   return r->world ? EXIT_DONE : fail_library(r->engine);
 }
 
-// Seconds of the n-th frame that is wanted; of a single picture its moment.
-static double moment(const Render *r, long n)
-{
-  return r->frames.is_wanted ? (double)(r->frames.first + n * r->frames.step) / r->fps : r->frames.at;
-}
-
-// Which moments there are, and the scene moved to the first of them.
-static ExitCode plan_frames(Render *r)
-{
-  double start, end;
-  r->moves = rf_animation_range(r->scene, &start, &end, &r->fps);
-  if (r->is_all && !r->moves)
-    return fail(EXIT_USAGE, "%s: nothing in it moves, so say which frames are wanted, as in --frames 0:24",
-                r->args->operands[0]);
-  if (r->is_all) frames_take_all(&r->frames, start, end, r->fps);
-  if (!args_has(r->args, "at")) r->frames.at = start;
-  return !r->moves || rf_set_time(r->scene, moment(r, 0)) ? EXIT_DONE : fail_library(r->engine);
-}
-
 // Can it be told that the camera's shutter is closed? Then there is one world to a picture.
 static bool is_shutter_closed(Render *r)
 {
@@ -469,7 +248,7 @@ static bool is_shutter_closed(Render *r)
 }
 
 // The steps of an open shutter, from the world at its middle.
-static ExitCode open_shutter(Render *r, double seconds)
+ExitCode render_open_shutter(Render *r, double seconds)
 {
   rf_shot_destroy(r->shot);
   r->shot = NULL;
@@ -500,20 +279,12 @@ static ExitCode prepare(Render *r)
   r->stats.world = rf_world_take_stats(r->world);
   if (!rf_camera(r->scene, r->world, camera, aspect, &r->eye)) return fail_library(r->engine);
   if (r->moves && !camera) code = stage_hold_camera(r->engine, r->scene, &r->eye);
-  if (!code) code = open_shutter(r, moment(r, 0));
+  if (!code) code = render_open_shutter(r, render_moment(r, 0));
   r->stats.prepare = seconds_now() - start;
   return code;
 }
 
 // --- rendering -------------------------------------------------------------------------------------
-static void add_frames_before(const Render *r, rf_progress *now)
-{
-  now->done = ((double)r->frames_done + now->done) / (double)frames_count(&r->frames);
-  now->seconds += r->frames_before.seconds;
-  now->rays += r->frames_before.rays;
-  if (now->done > 0) now->eta = now->seconds * (1 - now->done) / now->done;
-}
-
 static rf_go on_progress(void *user, const rf_progress *p)
 {
   Render *r = user;
@@ -530,7 +301,7 @@ static rf_go on_progress(void *user, const rf_progress *p)
   now.rays += r->before.rays;
   if ((r->range_count > 1 || r->kept.path) && now.done > 0) now.eta = now.seconds * (1 - now.done) / now.done;
   const bool is_open_ended = args_has(r->args, "time") || args_has(r->args, "noise");
-  if (r->frames.is_wanted) add_frames_before(r, &now);
+  if (r->frames.is_wanted) render_add_frames_before(r, &now);
   progress_show(&r->progress, &now, is_open_ended && !args_has(r->args, "spp") ? 0 : r->samples_wanted);
   if (!signals_count()) return RF_GO_ON;
   // A frame with fewer samples than its neighbours would be seen in the film.
@@ -543,9 +314,9 @@ static rf_go on_progress(void *user, const rf_progress *p)
   return RF_STOP_AFTER_PASS;
 }
 
-static ExitCode fail_stopped(const Render *r)
+ExitCode render_fail_stopped(const Render *r)
 {
-  const long frame = r->frames.first + r->frames_done * r->frames.step;
+  const long frame = render_frame_number(r);
   if (r->frames.is_wanted && r->video_count)
     return fail(EXIT_STOPPED,
                 "stopped at frame %ld; a film is made in one go, so none was saved. To be able to go on, render numbered "
@@ -570,7 +341,7 @@ static ExitCode render_range(Render *r, Range range, rf_film *film)
                                    : rf_render(r->world, &r->eye, &r->def, film, &stats);
   progress_clear(&r->progress);
   if (status == RF_CANCELLED)
-    return fail_stopped(r);
+    return render_fail_stopped(r);
   if (status != RF_OK) return fail_library(r->engine);
   stats_add(&r->stats.rendered, &stats);
   r->before.done += r->range_share;
@@ -637,7 +408,7 @@ static bool is_denoised(const Render *r)
   return strcmp(rf_scene_denoise_def(r->scene).kind, "off") != 0;
 }
 
-static ExitCode render_all(Render *r)
+ExitCode render_picture(Render *r)
 {
   if (!r->saved_planes) r->saved_planes = r->planes;
   if (is_denoised(r)) r->planes |= RF_DENOISE_PLANES;
@@ -662,7 +433,7 @@ static ExitCode denoise_without_weights(Render *r, const char *why)
   return rf_film_denoise(r->film, &def) ? EXIT_DONE : fail_library(r->engine);
 }
 
-static ExitCode denoise(Render *r)
+ExitCode render_denoise(Render *r)
 {
   const rf_denoise_def def = rf_scene_denoise_def(r->scene);
   const double start = seconds_now();
@@ -676,7 +447,7 @@ static ExitCode denoise(Render *r)
     if (status == RF_NOT_FOUND)
       code = denoise_without_weights(r, text);
     else if (status == RF_CANCELLED)
-      code = fail_stopped(r);
+      code = render_fail_stopped(r);
     else
       code = fail(EXIT_INTERNAL, "%s", text);
   }
@@ -686,10 +457,10 @@ static ExitCode denoise(Render *r)
 }
 
 // --- writing ---------------------------------------------------------------------------------------
-static ExitCode write_pictures(Render *r)
+ExitCode render_write_pictures(Render *r)
 {
   const double start = seconds_now();
-  const long frame = r->frames.is_wanted ? r->frames.first + r->frames_done * r->frames.step : FRAME_NONE;
+  const long frame = r->frames.is_wanted ? render_frame_number(r) : FRAME_NONE;
   const ExitCode code =
       pictures_write(r->args, r->engine, r->film, r->saved_planes, rf_scene_develop_def(r->scene), frame);
   r->stats.write += seconds_now() - start;
@@ -708,7 +479,7 @@ static ExitCode write_hash_and_stats(Render *r)
   return code ? code : stats_code;
 }
 
-static void print_summary(const Render *r)
+void render_print_summary(const Render *r)
 {
   const Stats *s = &r->stats;
   if (r->is_quiet) return;
@@ -731,116 +502,17 @@ static void print_summary(const Render *r)
 
 static ExitCode write_all(Render *r)
 {
-  ExitCode code = write_pictures(r);
+  ExitCode code = render_write_pictures(r);
   const ExitCode after = write_hash_and_stats(r);
   if (!code) code = after;
   if (!code) code = r->kept_code;
   if (code) return code;
-  print_summary(r);
+  render_print_summary(r);
   if (!r->is_stop_said || (r->is_complete && r->later <= 0)) return EXIT_DONE;
   return fail(EXIT_STOPPED,
               "stopped after %d of %.0f samples a pixel and saved these; for all of them run the same "
               "command again",
               r->stats.rendered.samples, r->stats.rendered.samples + r->left + r->later);
-}
-
-// --- frames ----------------------------------------------------------------------------------------
-static ExitCode begin_videos(Render *r)
-{
-  const char *output;
-  ExitCode code = EXIT_DONE;
-  for (size_t i = 0; !code && (output = args_next(r->args, "output", &i));) {
-    if (!picture_is_video(output)) continue;
-    if (r->video_count == MOST_VIDEOS) return fail(EXIT_USAGE, "-o %s: at most %d films at once", output, MOST_VIDEOS);
-    code = video_begin(&r->videos[r->video_count++], output, r->stats.width, r->stats.height, r->fps / (double)r->frames.step);
-  }
-  return code;
-}
-
-static ExitCode finish_videos(Render *r)
-{
-  ExitCode first = EXIT_DONE;
-  for (size_t i = 0; i < r->video_count; i++) {
-    const ExitCode code = video_finish(r->videos[i]);
-    r->videos[i] = NULL;
-    if (!first) first = code;
-  }
-  return first;
-}
-
-static ExitCode add_to_videos(Render *r)
-{
-  if (!r->video_count) return EXIT_DONE;
-  const rf_develop_def develop = pictures_develop(r->args, rf_scene_develop_def(r->scene));
-  rf_image picture;
-  if (!rf_develop(r->film, &develop, &picture)) return fail_library(r->engine);
-  ExitCode code = EXIT_DONE;
-  for (size_t i = 0; !code && i < r->video_count; i++) code = video_add(r->videos[i], &picture);
-  rf_image_free(&picture);
-  return code;
-}
-
-static bool is_frame_there(const Render *r)
-{
-  const char *output;
-  bool is_there = args_has(r->args, "output");
-  for (size_t i = 0; is_there && (output = args_next(r->args, "output", &i));) {
-    char path[PATH_MAX];
-    frame_name(path, output, r->frames.first + r->frames_done * r->frames.step);
-    is_there = output_exists(path);
-  }
-  return is_there;
-}
-
-// The world of the first frame stands since prepare().
-static ExitCode prepare_frame(Render *r)
-{
-  const double start = seconds_now(), seconds = moment(r, r->frames_done);
-  const float aspect = (float)r->stats.width / (float)r->stats.height;
-  if (!r->moves || r->frames_done == 0) return EXIT_DONE;
-  if (!rf_set_time(r->scene, seconds)) return fail_library(r->engine);
-  rf_world *next = rf_prepare(r->scene, r->world);
-  if (!next) return fail_library(r->engine);
-  rf_world_destroy(r->world);
-  r->world = next;
-  if (!rf_camera(r->scene, next, args_text(r->args, "camera"), aspect, &r->eye)) return fail_library(r->engine);
-  const ExitCode code = open_shutter(r, seconds);
-  r->stats.prepare += seconds_now() - start;
-  return code;
-}
-
-static ExitCode render_frame(Render *r)
-{
-  snprintf(r->progress.label, sizeof r->progress.label, "frame %ld", r->frames.first + r->frames_done * r->frames.step);
-  r->before = (rf_progress){0};
-  ExitCode code = prepare_frame(r);
-  if (!code) code = render_all(r);
-  if (!code) code = denoise(r);
-  if (!code) code = write_pictures(r);
-  if (!code) code = add_to_videos(r);
-  if (!code && (pictures_have(r->args, picture_is_hash) || args_has(r->args, "stats"))) r->stats.hash = rf_film_hash(r->film);
-  if (!code && pictures_have(r->args, picture_is_hash)) code = pictures_print_hash(r->stats.hash);
-  rf_film_destroy(r->film);
-  r->film = NULL;
-  r->frames_before.seconds += r->before.seconds;
-  r->frames_before.rays += r->before.rays;
-  r->frames_rendered += !code;
-  return code;
-}
-
-static ExitCode render_frames(Render *r)
-{
-  const char *stats = args_text(r->args, "stats");
-  ExitCode code = begin_videos(r);
-  signals_defer();
-  for (; !code && r->frames_done < frames_count(&r->frames); r->frames_done++) {
-    if (args_has(r->args, "resume") && is_frame_there(r)) continue;
-    code = signals_count() ? fail_stopped(r) : render_frame(r);
-    if (code) break;
-  }
-  if (!code) code = finish_videos(r);
-  if (!code) print_summary(r);
-  return code || !stats ? code : stats_write(&r->stats, stats);
 }
 
 // --- the whole -------------------------------------------------------------------------------------
@@ -872,22 +544,19 @@ static ExitCode run_render(const Args *args)
 {
   Render r = {.args = args, .is_quiet = args_has(args, "quiet"), .stats = {.scene = args->operands[0]}};
   r.progress = progress_begin(r.is_quiet);
-  ExitCode code = read_ranges(&r);
-  if (!code) code = read_tiles(&r);
-  if (!code) code = read_planes(&r);
+  ExitCode code = render_read_args(&r);
   if (!code) code = open_engine(&r);
-  if (!code) code = check_outputs(&r);
-  if (!code) code = rehearse_settings(&r);
+  if (!code) code = render_check_args(&r);
   if (!code) code = load(&r);
-  if (!code) code = plan_frames(&r);
+  if (!code) code = render_plan_frames(&r);
   if (!code) code = prepare(&r);
   if (!code && r.frames.is_wanted) {
     code = render_frames(&r);
     finish(&r);
     return code;
   }
-  if (!code) code = render_all(&r);
-  if (!code) code = denoise(&r);
+  if (!code) code = render_picture(&r);
+  if (!code) code = render_denoise(&r);
   if (!code) code = write_all(&r);
   finish(&r);
   return code;

@@ -2,6 +2,7 @@
 
 #include "stage.h"
 
+#include "library.h"
 #include "output.h"
 
 #include <math.h>
@@ -157,10 +158,7 @@ ExitCode stage_build(rf_engine *engine, rf_scene *scene, const rf_world *model, 
   if (!measure(&s, model)) return EXIT_DONE;
   put_camera(&s, model, aspect);
   put_lights(&s);
-  const bool is_picture = (is_value(engine, scene, "render.integrator", "\"path\"") ||
-                           is_value(engine, scene, "render.integrator", "\"classic\"") ||
-                           is_value(engine, scene, "render.integrator", "\"whitted\"")) &&
-                          is_value(engine, scene, "render.transparent", "false");
-  if (is_picture) put_floor(&s);
+  const rf_render_def render = rf_scene_render_def(scene, NULL, NULL);
+  if (integrator_is_light(render.integrator) && !render.transparent) put_floor(&s);
   return s.code;
 }
