@@ -20,7 +20,7 @@ enum { CODE_NO_PROGRAM = 127 };
 
 struct Video {
   const char *path;
-  char temp[PATH_MAX];
+  char temp[PATH_MAX + 5]; // "file:" and a path, for without it a dash or colon in the name would tell ffmpeg something
   pid_t child; // 0: it has ended
   int pipe;    // to its standard input; -1: closed
   FILE *words; // what it says
@@ -161,7 +161,7 @@ ExitCode video_begin(Video **out, const char *path, int width, int height, doubl
   if (!v) return fail(EXIT_INTERNAL, "not enough memory for a film");
   *v = (Video){.path = path, .pipe = -1, .width = width, .height = height};
   v->row = malloc(3 * (size_t)width);
-  const int n = snprintf(v->temp, sizeof v->temp, "%s.%ld.part", path, (long)getpid());
+  const int n = snprintf(v->temp, sizeof v->temp, "file:%s.%ld.part", path, (long)getpid());
   ExitCode code = !v->row ? fail(EXIT_INTERNAL, "not enough memory for a film")
                   : n < 0 || (size_t)n >= sizeof v->temp ? fail(EXIT_NO_OUTPUT, "%s: the name is too long", path)
                                                          : start(v, fps);
@@ -171,6 +171,8 @@ ExitCode video_begin(Video **out, const char *path, int width, int height, doubl
   }
   return code;
 }
+
+static const char *temp_path(const Video *v) { return v->temp + 5; }
 
 static bool sync_file(const char *path)
 {
@@ -183,7 +185,7 @@ static bool sync_file(const char *path)
 ExitCode video_finish(Video *v)
 {
   ExitCode code = settle(v);
-  if (!code && (!sync_file(v->temp) || rename(v->temp, v->path)))
+  if (!code && (!sync_file(temp_path(v)) || rename(temp_path(v), v->path)))
     code = fail(EXIT_NO_OUTPUT, "cannot write %s: %s", v->path, strerror(errno));
   video_drop(v);
   return code;
@@ -198,7 +200,7 @@ void video_drop(Video *v)
   }
   if (v->pipe >= 0) close(v->pipe);
   if (v->words) fclose(v->words);
-  if (*v->temp) unlink(v->temp);
+  if (*v->temp) unlink(temp_path(v));
   free(v->row);
   free(v);
 }

@@ -6,7 +6,7 @@
 
 #include "commands.h"
 #include "library.h"
-#include "settings.h"
+#include "output.h"
 
 #include <stdarg.h>
 #include <stdlib.h>
@@ -21,7 +21,7 @@ static const Option view_options[] = {
     {.name = "camera", .kind = OPTION_TEXT, .argument = "NAME", .initial = "the main one",
      .sentence = "Which of the scene's cameras to begin at."},
     {.name = "integrator", .kind = OPTION_TEXT, .argument = "NAME", .initial = "as the scene says", .path = "render.integrator",
-     .sentence = "path or classic, or a view of the scene: normal, depth, albedo, uv, id, bary, cost."},
+     .sentence = "path, classic or whitted, or a view of the scene: normal, depth, albedo, uv, id, bary, cost."},
     {.name = "spp", .kind = OPTION_INTEGER, .argument = "N", .initial = "as the scene says", .path = "render.spp",
      .sentence = "Samples a pixel at which a still picture is finished."},
     {.name = "frame-time", .kind = OPTION_REAL, .argument = "MS", .initial = "16", .low = 1, .high = 1000,
@@ -108,13 +108,12 @@ static bool make_canvas(View *v)
 {
   int width = v->width, height = v->height;
   if (!v->script) v->kind->size(v->screen, &width, &height, &v->scale);
-  static int old_width, old_height; // of the pixels
-  if (v->pixels && old_width == width && old_height == height) return true;
+  if (v->pixels && v->canvas_width == width && v->canvas_height == height) return true;
   uint32_t *pixels = realloc(v->pixels, (size_t)width * (size_t)height * sizeof *pixels);
   if (!pixels) return false;
   v->pixels = pixels;
-  v->width = old_width = width;
-  v->height = old_height = height;
+  v->width = v->canvas_width = width;
+  v->height = v->canvas_height = height;
   return true;
 }
 
@@ -180,7 +179,7 @@ static void run_person(View *v)
   double last = seconds_now();
   while (!v->is_over && !v->code) {
     Event e;
-    double wait = v->is_dirty || v->is_asked ? 0 : time_to_wait(v);
+    double wait = v->is_dirty || (v->is_asked && v->live) ? 0 : time_to_wait(v);
     while (v->kind->next(v->screen, wait, &e)) {
       input_event(v, &e);
       wait = 0;
@@ -291,7 +290,7 @@ static ExitCode run_view(const Args *args)
   font_close(v->font);
   script_finish(v->script);
   free(v->pixels);
-  const ExitCode code = v->code;
+  const ExitCode code = v->code ? v->code : stdout_finish("the figures");
   free(v);
   return code;
 }

@@ -38,13 +38,20 @@ typedef struct Note { // a line at the bottom of the window
   bool is_bad;
 } Note;
 
+typedef struct Stamp { // tells versions of a file apart
+  long long seconds, nanoseconds, size;
+} Stamp;
+
 typedef struct Loader { // opens files beside everything else
   pthread_t thread;
   bool is_running;
   char path[1024];
+  Stamp stamp;   // before it was read, so that a change in between is seen
+  bool is_other; // not the file that is shown, so its size is wanted
   pthread_mutex_t mutex; // guards what follows
   bool is_done;
   rf_scene *scene; // NULL: message says why
+  rf_world *world; // of another file: for its size and rays; the first live picture takes its trees over
   bool is_missing; // the file, or one that it names
   char message[600];
 } Loader;
@@ -76,18 +83,18 @@ typedef struct View {
   Font *font;
   Script *script; // NULL: a person
   char path[1024];
-  struct {
-    long long seconds, nanoseconds, size;
-  } stamp; // of the file as it was read or written last
+  Stamp stamp;         // of the file as it was read or written last
+  bool is_overtaken;   // the file has been changed and could not be read
+  bool is_save_warned; // saving over such a change has been asked for once
   double next_look; // at the file, by the clock
   int width, height;
   float scale;      // pixels a point
   uint32_t *pixels; // owned: what is shown
+  int canvas_width, canvas_height; // of pixels
   rf_live_view wanted;
   rf_develop_def develop; // of the scene; views of numbers are shown as they are
   rf_live_frame frame;    // number 0: none yet
   rf_world *world;        // the newest, for rays; NULL: ask when needed
-  rf_eye home;            // the scene's camera
   Walker walker;
   Picked picked;
   Note note;

@@ -13,21 +13,19 @@
 
 enum { LOOK_EVERY = 500 }; // milliseconds between two looks at the file's date
 
-static void look_at_date(View *v)
+// All 0 for a file that is not there.
+static Stamp stamp_of(const char *path)
 {
   struct stat s;
-  if (stat(v->path, &s)) return;
-  v->stamp.seconds = (long long)s.st_mtim.tv_sec;
-  v->stamp.nanoseconds = s.st_mtim.tv_nsec;
-  v->stamp.size = (long long)s.st_size;
+  if (stat(path, &s)) return (Stamp){0};
+  return (Stamp){(long long)s.st_mtim.tv_sec, s.st_mtim.tv_nsec, (long long)s.st_size};
 }
 
 static bool has_changed(const View *v)
 {
-  struct stat s;
-  if (stat(v->path, &s) || s.st_size == 0) return false; // being written
-  return (long long)s.st_mtim.tv_sec != v->stamp.seconds || s.st_mtim.tv_nsec != v->stamp.nanoseconds ||
-         (long long)s.st_size != v->stamp.size;
+  const Stamp now = stamp_of(v->path), then = v->stamp;
+  if (now.size == 0) return false; // being written, or gone
+  return now.seconds != then.seconds || now.nanoseconds != then.nanoseconds || now.size != then.size;
 }
 
 // --- opening --------------------------------------------------------------------------------------
@@ -42,14 +40,22 @@ static bool put_on_stage(View *v, rf_scene *s, const char *path)
   return ok;
 }
 
-static rf_scene *load(View *v, const char *path, char message[600])
+// A scene that moves is shown at its first moment, as `rayfold render` does.
+static bool begin_moving(rf_scene *s)
+{
+  double start;
+  return !rf_animation_range(s, &start, NULL, NULL) || rf_set_time(s, start);
+}
+
+static rf_scene *load(View *v, const char *path, rf_world **world, char message[600])
 {
   rf_load_def def = rf_default_load_def();
   def.allow_outside = args_has(v->args, "allow-outside");
   def.cache = args_has(v->args, "cache");
   rf_scene *s = rf_scene_load(v->engine, path, &def);
   const bool is_good = s && settings_apply(v->args, v->engine, s, SETTINGS_BEFORE_STAGE) == EXIT_DONE &&
-                       put_on_stage(v, s, path) && settings_apply(v->args, v->engine, s, SETTINGS_OF_STAGE) == EXIT_DONE;
+                       put_on_stage(v, s, path) && settings_apply(v->args, v->engine, s, SETTINGS_OF_STAGE) == EXIT_DONE && begin_moving(s) &&
+                       (!v->loader.is_other || (*world = rf_prepare(s, NULL)) != NULL);
   if (is_good) return s;
   const char *text;
   v->loader.is_missing = rf_error(v->engine, &text) == RF_NOT_FOUND;
@@ -63,9 +69,11 @@ static void *load_main(void *user)
   View *v = user;
   Loader *l = &v->loader;
   char message[600] = "";
-  rf_scene *s = load(v, l->path, message);
+  rf_world *w = NULL;
+  rf_scene *s = load(v, l->path, &w, message);
   pthread_mutex_lock(&l->mutex);
   l->scene = s;
+  l->world = w;
   memcpy(l->message, message, sizeof message);
   l->is_done = true;
   pthread_mutex_unlock(&l->mutex);
@@ -79,7 +87,9 @@ void view_open(View *v, const char *path)
   if (l->is_running) return; // view_check_file() will see that the file has changed
   snprintf(l->path, sizeof l->path, "%s", path);
   l->is_done = false;
-  if (!strcmp(path, v->path)) look_at_date(v);
+  l->is_other = strcmp(path, v->path) != 0;
+  l->stamp = stamp_of(path);
+  if (!l->is_other) v->stamp = l->stamp; // once is enough, whatever comes of it
   if (v->script) { // a script's frames must not depend on how long it takes
     load_main(v);
     l->is_running = true;
@@ -99,16 +109,14 @@ static void ready(void *user)
 static void show_scene(View *v, rf_scene *s)
 {
   const char *camera = args_text(v->args, "camera");
-  const bool is_other = strcmp(v->path, v->loader.path) != 0, is_first = !v->live;
+  rf_world *w = v->loader.world; // NULL: the same file again
+  const bool is_first = !v->live;
   rf_eye eye;
   int width, height;
   const rf_render_def render = rf_scene_render_def(s, &width, &height);
   const rf_develop_def develop = rf_scene_develop_def(s);
-  rf_world *w = NULL;
-  if (is_first || is_other) w = rf_prepare(s, NULL); // for its size and rays; the live picture takes its trees over
-  const bool ok = (w || (!is_first && !is_other)) &&
-                  rf_camera(s, w, is_first ? camera : NULL, (float)v->width / (float)v->height, &eye);
-  if (!ok) {
+  v->loader.world = NULL;
+  if (!rf_camera(s, w ? w : view_world(v), is_first ? camera : NULL, (float)v->width / (float)v->height, &eye)) {
     if (is_first)
       v->code = camera ? fail_usage(v->engine, "--camera %s", camera) : fail_library(v->engine);
     else
@@ -126,9 +134,9 @@ static void show_scene(View *v, rf_scene *s)
   v->wanted.render = render;
   if (!is_first) v->wanted.render.integrator = integrator;
   snprintf(v->path, sizeof v->path, "%s", v->loader.path);
-  look_at_date(v);
-  v->home = eye;
-  if (is_first || is_other) walker_set(&v->walker, &eye);
+  v->stamp = v->loader.stamp;
+  v->is_overtaken = v->is_save_warned = false;
+  if (v->loader.is_other) walker_set(&v->walker, &eye);
   if (is_first) {
     rf_live_def def = rf_default_live_def();
     def.stepped = v->script;
@@ -161,8 +169,10 @@ void view_check_file(View *v)
     const bool was_shown = v->live;
     if (l->scene)
       show_scene(v, l->scene);
-    else if (was_shown)
+    else if (was_shown) {
+      v->is_overtaken |= !l->is_other;
       note_say(v, true, "%s", l->message);
+    }
     else
       v->code = fail(l->is_missing ? EXIT_NO_INPUT : EXIT_BAD_SCENE, "%s", l->message);
     if (l->scene && was_shown) note_say(v, false, "opened %s", l->path);
@@ -181,6 +191,7 @@ void view_close_file(View *v)
     pthread_join(l->thread, NULL);
   }
   if (l->is_running) rf_scene_destroy(l->scene);
+  if (l->is_running) rf_world_destroy(l->world);
   pthread_mutex_destroy(&l->mutex);
 }
 
@@ -192,20 +203,30 @@ bool scene_take(View *v, double seconds, rf_scene **out)
   return *out;
 }
 
+// Would saving write over what is not in the window? Then once more says that it is meant.
+static bool is_warned(View *v, const char *path, bool is_scene)
+{
+  const bool is_lost = is_scene ? v->is_overtaken || has_changed(v) : stamp_of(path).size > 0;
+  if (!is_lost || v->is_save_warned) return false;
+  v->is_save_warned = true;
+  note_say(v, true, "%s on the disk is not what is shown here; ctrl + S once more writes over it", path);
+  return true;
+}
+
 // A scene file is written over; a model gets a scene file beside it.
 void view_save(View *v)
 {
   char path[1100];
   rf_scene *s;
-  if (!scene_take(v, 2, &s)) return;
-  const size_t n = strlen(v->path);
-  const bool is_scene = n > 5 && !strcmp(v->path + n - 5, ".json");
+  const bool is_scene = output_is_any(v->path, ".json");
   snprintf(path, sizeof path, is_scene ? "%s" : "%s.json", v->path);
+  if (is_warned(v, path, is_scene) || !scene_take(v, 2, &s)) return;
   const bool ok = rf_scene_save(s, path);
   if (!ok) note_library(v);
   rf_live_return(v->live);
   if (!ok) return;
   if (!is_scene) snprintf(v->path, sizeof v->path, "%.1023s", path);
-  look_at_date(v);
+  v->stamp = stamp_of(v->path);
+  v->is_overtaken = v->is_save_warned = false;
   note_say(v, false, "saved %s", path);
 }

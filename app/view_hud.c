@@ -15,13 +15,6 @@
 
 enum { LINE = 19, TEXT = 14, SMALL = 12, PAD = 12, MARGIN = 14, ROW = 24 }; // points
 
-static uint32_t mix(uint32_t under, uint32_t over, uint32_t share)
-{
-  const uint32_t rb = (under & 0xff00ff) * (256 - share) + (over & 0xff00ff) * share;
-  const uint32_t g = (under & 0x00ff00) * (256 - share) + (over & 0x00ff00) * share;
-  return 0xff000000u | (rb >> 8 & 0xff00ff) | (g >> 8 & 0x00ff00);
-}
-
 // A rectangle with round corners, share of 256 opaque; its edge is smoothed.
 static void box(Canvas *c, float x, float y, float w, float h, float radius, uint32_t color, float share)
 {
@@ -33,7 +26,7 @@ static void box(Canvas *c, float x, float y, float w, float h, float radius, uin
       const float dy = fmaxf(fmaxf(y + radius - (float)py - 0.5f, (float)py + 0.5f - (y + h - radius)), 0);
       const float inside = fminf(fmaxf(radius - sqrtf(dx * dx + dy * dy) + 0.5f, 0), 1);
       uint32_t *p = c->pixels + (size_t)py * (size_t)c->width + (size_t)px;
-      *p = mix(*p, color, (uint32_t)(share * inside * 256));
+      *p = color_mix(*p, color, (uint32_t)(share * inside * 256));
     }
 }
 
@@ -64,7 +57,7 @@ static void outline(Canvas *c, const View *v)
       const bool is = row[at] == wanted;
       if (is == (row[right] == wanted) && is == (below[at] == wanted)) continue;
       uint32_t *p = c->pixels + (size_t)y * (size_t)c->width + (size_t)x;
-      *p = mix(*p, ACCENT, 225);
+      *p = color_mix(*p, ACCENT, 225);
     }
   }
 }

@@ -2,6 +2,8 @@
 
 #include "view.h"
 
+#include "library.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,16 +17,15 @@ typedef struct Action {
 } Action;
 
 // --- views ----------------------------------------------------------------------------------------
-static const char *const integrators[] = {"path", "classic", "normal", "depth", "albedo", "uv", "id", "bary", "cost"};
+static const char *const integrators[] = {"path", "classic", "whitted", "normal", "depth", "albedo", "uv", "id", "bary", "cost"};
 enum { INTEGRATOR_COUNT = sizeof integrators / sizeof *integrators };
 
 // Pictures of numbers are shown as they are, whatever the scene's curve.
 void view_integrator(View *v, const char *name)
 {
-  const bool is_light = !strcmp(name, "path") || !strcmp(name, "classic");
   v->wanted.render.integrator = name;
   v->wanted.develop = v->develop;
-  if (!is_light) {
+  if (!integrator_is_light(name)) {
     v->wanted.develop.tone_curve = "linear";
     v->wanted.develop.exposure = 0;
     v->wanted.develop.gamma = 1;

@@ -4,6 +4,7 @@
 #include "view.h"
 
 #include "library.h"
+#include "output.h"
 
 #include <ctype.h>
 #include <stdarg.h>
@@ -65,8 +66,14 @@ typedef struct Words {
   int count;
 } Words;
 
-static long number(const Words *w, int i) { return i < w->count ? strtol(w->word[i], NULL, 10) : 0; }
-static double real(const Words *w, int i) { return i < w->count ? strtod(w->word[i], NULL) : 0; }
+// What is far too large, or no number, is as good as its bound.
+enum { MOST_NUMBER = 1000000 };
+static double real(const Words *w, int i)
+{
+  const double x = i < w->count ? strtod(w->word[i], NULL) : 0;
+  return x < -MOST_NUMBER ? -MOST_NUMBER : x > MOST_NUMBER ? MOST_NUMBER : x == x ? x : 0;
+}
+static long number(const Words *w, int i) { return (long)real(w, i); }
 
 // "ctrl+shift+z"
 static bool read_key(const char *text, Event *e)
@@ -110,7 +117,7 @@ static void do_mouse(View *v, const Words *w)
     e.y = (int)number(w, 2);
   } else if (!strcmp(w->word[0], "wheel")) {
     e.kind = EVENT_WHEEL;
-    e.wheel = (float)real(w, 1);
+    e.wheel = (float)fmax(-100, fmin(100, real(w, 1)));
   } else {
     e.kind = !strcmp(w->word[0], "press") ? EVENT_PRESS : EVENT_RELEASE;
     for (int i = 1; i < 4 && w->count > 1; i++)
@@ -131,19 +138,37 @@ static void do_save(View *v, const Words *w)
   free(pixels);
 }
 
+// The first megabytes of a file, with a zero behind them; NULL, and a message, if it is longer or cannot be read.
+static char *read_text(const char *path, size_t *size, ExitCode *code)
+{
+  const size_t most = 1 << 22;
+  char *text = calloc(most + 1, 1);
+  FILE *in = fopen(path, "rb");
+  if (text && in) *size = fread(text, 1, most, in);
+  if (!text)
+    *code = fail(EXIT_INTERNAL, "not enough memory to read %s", path);
+  else if (!in || ferror(in))
+    *code = fail(EXIT_NO_INPUT, "%s: %s", path, in ? "cannot be read" : "no such file");
+  else if (*size == most)
+    *code = fail(EXIT_BAD_SCENE, "%s is longer than four megabytes", path);
+  if (in) fclose(in);
+  if (!*code) return text;
+  free(text);
+  return NULL;
+}
+
 // As an editor would write it: the viewer should see that its file has changed.
 static void do_copy(View *v, const Words *w)
 {
-  char block[4096];
-  FILE *from = fopen(w->word[1], "rb"), *to = from ? fopen(w->word[2], "wb") : NULL;
-  if (!to) bad(v, "%s cannot be copied to %s", w->word[1], w->word[2]);
-  for (size_t n; to && (n = fread(block, 1, sizeof block, from)) > 0;) fwrite(block, 1, n, to);
-  if (from) fclose(from);
-  if (to) fclose(to);
+  size_t size = 0;
+  char *text = read_text(w->word[1], &size, &v->code);
+  if (text) v->code = output_write(w->word[2], text, size);
+  free(text);
 }
 
 static void do_hash(View *v)
 {
+  if (!v->pixels || v->canvas_width != v->width || v->canvas_height != v->height) return bad(v, "nothing is shown yet");
   uint64_t h = 14695981039346656037u; // FNV-1a
   for (size_t i = 0; i < (size_t)v->width * (size_t)v->height; i++) h = (h ^ v->pixels[i]) * 1099511628211u;
   printf("%016" PRIx64 "\n", h);
@@ -264,18 +289,12 @@ void script_step(View *v)
 
 Script *script_open(const char *path, ExitCode *code)
 {
-  FILE *in = fopen(path, "rb");
+  size_t size = 0;
   Script *s = calloc(1, sizeof *s);
-  const size_t most = 1 << 20;
-  if (s) s->text = calloc(most + 1, 1);
-  if (!in || !s || !s->text) {
-    *code = in ? fail(EXIT_INTERNAL, "not enough memory to read %s", path) : fail(EXIT_NO_INPUT, "%s: no such script", path);
-  } else {
-    fread(s->text, 1, most, in) < most ? (void)0 : (void)(*code = fail(EXIT_BAD_SCENE, "%s is longer than a megabyte", path));
-    s->at = s->text;
-    s->path = path;
-  }
-  if (in) fclose(in);
+  if (!s) return *code = fail(EXIT_INTERNAL, "not enough memory"), NULL;
+  *s = (Script){.path = path, .text = read_text(path, &size, code)};
+  s->at = s->text;
+  if (s->text && strlen(s->text) != size) *code = fail(EXIT_BAD_SCENE, "%s is no text", path);
   if (!*code) return s;
   script_finish(s);
   return NULL;

@@ -60,19 +60,21 @@ static void *engine_main(void *user)
 }
 
 // "showcase-001.png" in the current folder, the first that is free.
-static void choose_path(View *v, char out[1024])
+static bool choose_path(View *v, char out[1024])
 {
   const char *name = strrchr(v->path, '/');
   name = name ? name + 1 : v->path;
   const int n = (int)strcspn(name, ".");
   do snprintf(out, 1024, "%.*s-%03d.png", n > 200 ? 200 : n, name, ++v->shot_number);
   while (access(out, F_OK) == 0 && v->shot_number < 999);
+  return access(out, F_OK) != 0;
 }
 
 void shot_begin(View *v)
 {
   Shot *s = &v->shot;
   if (s->is_running || !v->live) return note_say(v, true, "one picture at a time");
+  if (!choose_path(v, s->path)) return note_say(v, true, "%s and all before it are there already", s->path);
   pthread_t maker;
   if (!s->engine && !pthread_create(&maker, NULL, engine_main, s)) pthread_join(maker, NULL);
   rf_world *w = s->engine ? rf_live_world(v->live) : NULL;
@@ -86,7 +88,6 @@ void shot_begin(View *v)
   s->height = v->height;
   s->is_done = false;
   s->done = 0;
-  choose_path(v, s->path);
   if (v->script) { // a script's next line may look at the file
     shot_main(s);
     s->is_running = true;

@@ -110,13 +110,6 @@ static int next_code(const char **text)
   return code;
 }
 
-static uint32_t mix(uint32_t under, uint32_t over, uint32_t share)
-{
-  const uint32_t rb = (under & 0xff00ff) * (256 - share) + (over & 0xff00ff) * share;
-  const uint32_t g = (under & 0x00ff00) * (256 - share) + (over & 0x00ff00) * share;
-  return 0xff000000u | (rb >> 8 & 0xff00ff) | (g >> 8 & 0x00ff00);
-}
-
 static void draw_glyph(Canvas *c, const Glyph *g, int x, int y, uint32_t color)
 {
   for (int j = 0; j < g->height; j++)
@@ -125,7 +118,7 @@ static void draw_glyph(Canvas *c, const Glyph *g, int x, int y, uint32_t color)
       const uint32_t a = g->coverage[j * g->width + i];
       if (!a || px < 0 || py < 0 || px >= c->width || py >= c->height) continue;
       uint32_t *p = c->pixels + (size_t)py * (size_t)c->width + (size_t)px;
-      *p = mix(*p, color, a + (a >> 7));
+      *p = color_mix(*p, color, a + (a >> 7));
     }
 }
 

@@ -11,6 +11,14 @@ typedef struct Canvas { // what is drawn on; not owned
   int width, height;
 } Canvas;
 
+// share of 256 of the upper colour, the rest of the one below
+static inline uint32_t color_mix(uint32_t under, uint32_t over, uint32_t share)
+{
+  const uint32_t rb = (under & 0xff00ff) * (256 - share) + (over & 0xff00ff) * share;
+  const uint32_t g = (under & 0x00ff00) * (256 - share) + (over & 0x00ff00) * share;
+  return 0xff000000u | (rb >> 8 & 0xff00ff) | (g >> 8 & 0x00ff00);
+}
+
 typedef struct Font Font;
 
 // `path` or, if NULL, DejaVu Sans or another common font where systems keep them. NULL: there is none that can be read.

@@ -206,6 +206,48 @@ hash
 S
 checks=$((checks + 1))
 [ "$(sed -n 1p reload.out)" != "$(sed -n 2p reload.out)" ] || failed "the changed file looks as before"
+# A change on the disk that could not be read is not written over by the way.
+cp kept.json cornell.json
+play overtaken <<'S'
+settle
+copy broken.json cornell.json
+frame 40
+expect note fovv
+key ctrl+s
+expect note 'once more'
+copy cornell.json was.json
+key ctrl+s
+expect note saved
+S
+checks=$((checks + 1))
+cmp -s was.json broken.json || failed "saving destroyed what was on the disk"
+has '"objects"' cornell.json
+# A scene without a camera is read again, too.
+printf '{ "rayfold": 1, "sky": { "kind": "constant" }, "objects": [ { "shape": { "kind": "sphere" } } ] }' >cornell.json
+printf '{ "rayfold": 1, "sky": { "kind": "constant" }, "objects": [ { "shape": { "kind": "box" } } ] }' >second.json
+play cameraless <<'S'
+settle
+copy second.json cornell.json
+frame 40
+expect note opened
+S
+# What moves is shown at its first moment; whitted pictures are light, with the scene's own curve.
+cat >cornell.json <<'E'
+{ "rayfold": 1, "camera": { "position": [0, 0, 4] }, "sky": { "kind": "constant", "gain": 0.2 }, "develop": { "exposure": 1 },
+  "objects": [ { "name": "ball", "shape": { "kind": "sphere" } } ],
+  "animation": [ { "path": "objects.ball.translate.x", "keys": [ { "time": 0, "value": 1 }, { "time": 1, "value": 0 } ] } ] }
+E
+rm -f cornell-*.png
+play moment 0 --integrator whitted <<'S'
+settle
+key f12
+frame
+expect file cornell-001.png
+S
+"$rayfold" render cornell.json --size 160x120 --spp 2 --integrator whitted -o offline.png --quiet 2>err || failed "render"
+checks=$((checks + 1))
+cmp -s offline.png cornell-001.png || failed "a scene that moves is shown otherwise than it is rendered"
+cp kept.json cornell.json
 # --- refusals ---------------------------------------------------------------------------------------
 for bad in "expect picked door" "expect samples 7" "expect value render.spp 9" "press nose" "key nose" "expect eye 9 9 9 0.1"; do
   printf 'settle\n%s\n' "$bad" >refused
@@ -218,6 +260,29 @@ done
 [ $? -eq 66 ] || failed "a scene that is not there"
 "$rayfold" view cornell.json --dummy --script nowhere.script >out 2>err
 [ $? -eq 66 ] || failed "a script that is not there"
+
+# Hostile scripts: nothing shown yet, a size not yet drawn, numbers without end, no text at all.
+for bad in hash 'settle\nresize 800 700\nhash' 'save nowhere/a.png' 'copy nowhere a' 'copy / a' 'resize 1e9 nan'; do
+  printf "$bad\n" >refused
+  code=65
+  case $bad in copy*) code=66 ;; esac
+  play hostile $code <refused
+done
+play endless <<'S'
+settle
+mouse 1e300 -1e300
+press left
+mouse -99999999999999999999 99999999999999999999
+frame
+release left
+wheel nan
+wheel -1e300
+frame 2
+S
+printf 'settle\0hash\n' >refused
+play binary 65 <refused
+"$rayfold" view cornell.json --dummy --script . >out 2>err
+[ $? -eq 66 ] || failed "a folder as a script"
 
 # --- a real window ----------------------------------------------------------------------------------
 window() {
