@@ -169,6 +169,94 @@ static inline void wx_put(float *p, unsigned bits, wx x) { wf_store(p, wx_choose
 #endif
 static inline wx wx_set(float x) { return x - (wx){0}; }
 
+// Integers in as many lanes; wxu shifts and multiplies modulo 2^32.
+#if WIDEST != 16
+typedef wi wxi;
+#endif
+#if WIDEST == 1
+typedef uint32_t wxu;
+static inline wxu wx_pattern(wx x)
+{
+  wxu bits;
+  memcpy(&bits, &x, sizeof bits);
+  return bits;
+}
+static inline wx wx_of_pattern(wxu bits)
+{
+  wx x;
+  memcpy(&x, &bits, sizeof x);
+  return x;
+}
+static inline wx wx_of_int(wxi i) { return (float)i; }
+static inline wxi wx_truncate(wx x) { return (int32_t)x; } // of what an int32_t holds
+static inline wx wx_floor(wx x) { return floorf(x); }
+#else
+typedef uint32_t wxu __attribute__((vector_size(4 * WIDEST)));
+static inline wxu wx_pattern(wx x) { return (wxu)x; }
+static inline wx wx_of_pattern(wxu bits) { return (wx)bits; }
+static inline wx wx_of_int(wxi i) { return __builtin_convertvector(i, wx); }
+static inline wxi wx_truncate(wx x) { return __builtin_convertvector(x, wxi); } // of what an int32_t holds
+#if WIDEST == 16
+static inline wx wx_floor(wx x) { return (wx)_mm512_roundscale_ps((__m512)x, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC); }
+#elif WIDEST == 8
+static inline wx wx_floor(wx x) { return (wx)_mm256_floor_ps((__m256)x); }
+#else
+static inline wx wx_floor(wx x) { return (wx)_mm_floor_ps((__m128)x); }
+#endif
+#endif
+static inline wxu wxu_set(uint32_t x) { return x - (wxu){0}; }
+static inline wx wx_abs(wx x) { return wx_of_pattern(wx_pattern(x) & 0x7fffffffu); }
+// The size of a with the sign of b.
+static inline wx wx_signed(wx a, wx b)
+{
+  return wx_of_pattern((wx_pattern(a) & 0x7fffffffu) | (wx_pattern(b) & 0x80000000u));
+}
+static inline wxu wxu_load(const uint32_t *p)
+{
+  wxu x;
+  memcpy(&x, p, sizeof x);
+  return x;
+}
+static inline void wxu_store(uint32_t *p, wxu x) { memcpy(p, &x, sizeof x); }
+static inline wxu wxu_choose(unsigned bits, wxu a, wxu b)
+{
+  return wx_pattern(wx_choose(bits, wx_of_pattern(a), wx_of_pattern(b)));
+}
+// Lanes of two integers that agree.
+static inline unsigned wxu_eq(wxu a, wxu b)
+{
+#if WIDEST == 16
+  return _mm512_cmpeq_epi32_mask((__m512i)a, (__m512i)b);
+#elif WIDEST == 8
+  return (unsigned)_mm256_movemask_ps((__m256)(a == b));
+#elif WIDEST == 4
+  return (unsigned)_mm_movemask_ps((__m128)(a == b));
+#else
+  return a == b;
+#endif
+}
+// Lanes in bits, side by side from p on. WIDEST numbers may be written.
+static inline void wx_squeeze(float *p, unsigned bits, wx x)
+{
+#if WIDEST == 16
+  _mm512_storeu_ps(p, _mm512_maskz_compress_ps((__mmask16)bits, (__m512)x));
+#else
+  float lane[WIDEST];
+  wx_store(lane, x);
+  for (; bits; bits &= bits - 1) *p++ = lane[__builtin_ctz(bits)];
+#endif
+}
+static inline void wxu_squeeze(uint32_t *p, unsigned bits, wxu x)
+{
+#if WIDEST == 16
+  _mm512_storeu_si512(p, _mm512_maskz_compress_epi32((__mmask16)bits, (__m512i)x));
+#else
+  uint32_t lane[WIDEST];
+  wxu_store(lane, x);
+  for (; bits; bits &= bits - 1) *p++ = lane[__builtin_ctz(bits)];
+#endif
+}
+
 // a * b + c, rounded once where the processor can (v3, v4) and twice elsewhere: the one function whose bits depend on
 // the level, for sums so long that the picture's last bits are worth less than half of their time.
 static inline wx wx_fma(wx a, wx b, wx c)

@@ -52,9 +52,9 @@ static inline void block_render(Classic *c, const RenderPass *pass, const Tile *
 static inline void block_whitted(Whitted *t, const RenderPass *pass, const Tile *block, uint32_t sample,
                                  WorkerState *worker)
 {
-  whitted_begin(t, pass, &worker->rays);
+  whitted_begin(t, sample);
   for (uint32_t y = block->y0; y < block->y1; y++)
-    for (uint32_t x = block->x0; x < block->x1; x++) whitted_add(t, x, y, sample);
+    for (uint32_t x = block->x0; x < block->x1; x++) whitted_add(t, x, y);
   whitted_trace(t);
   size_t i = 0;
   for (uint32_t y = block->y0; y < block->y1; y++)
@@ -68,7 +68,9 @@ static bool tile_render(const RenderPass *pass, Tile tile, WorkerState *worker)
     Classic c;
     Whitted t;
   } by;
-  if (pass->settings.integrator != INTEGRATOR_WHITTED) {
+  if (pass->settings.integrator == INTEGRATOR_WHITTED) {
+    whitted_place(&by.t, pass, &worker->rays);
+  } else {
     wave_place_eye(&by.c.chain, pass, &worker->rays);
     wave_place_eye(&by.c.side, pass, &worker->rays);
   }

@@ -73,6 +73,7 @@ static bool build_accel(Prepare *p)
   }
   w->accel = accel_build(p->instances.items, p->instances.count, p->jobs, p->cancel, p->err);
   if (!w->accel) return false;
+  w->lanes = lanes_build(w->accel, &w->arena);
   accel_bounds(w->accel, w->lo, w->hi);
   w->tree_bytes = accel_bytes(w->accel);
   for (size_t i = 0; i < p->parts->meshes.count; i++) {

@@ -6,6 +6,7 @@
 #define RAYFOLD_WORLD_WORLD_H
 
 #include "accel/accel.h"
+#include "accel/lanes.h"
 #include "base/arena.h"
 #include "base/jobs.h"
 #include "base/notes.h"
@@ -42,6 +43,7 @@ struct World {
   atomic_int users;
   Arena arena;                 // owns the arrays below
   Accel *accel;
+  const LaneSet *lanes;        // the same for packets of rays, in worlds of few simple shapes; else NULL
   const WorldInstance *instances;
   size_t instance_count;
   const SurfaceMaterial *materials; // the last one is the default material
