@@ -36,6 +36,7 @@ typedef struct WorldMedium {
   uint32_t volume;   // index into World.volumes
   Frame medium_from_world; // into the space its density is given in
   uint32_t object_i;
+  bool is_box;       // the boundary is the unit box about its origin, and nothing but a boundary
 } WorldMedium;
 
 typedef struct World World;
@@ -56,6 +57,7 @@ struct World {
   size_t media_count;          // 0: no medium anywhere
   bool has_atmosphere;         // the last of media
   Accel *media_accel;          // over the boundaries; NULL: there are none
+  bool media_are_boxes;        // few, and boxes all: their boundaries are faster found one by one than by the tree
   LightSet lights;
   WhittedSettings whitted;     // as the scene has them
   Vec3 whitted_ambient;
