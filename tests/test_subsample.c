@@ -25,7 +25,7 @@ static SubsampleResult show_at(const Show *show, int px, int py)
 {
   const float w = (float)show->width, x = (float)px, y = (float)py;
   const float cx = w * (0.5f + 0.2f * f_cos(show->time)), cy = w * (0.35f + 0.1f * f_sin(2 * show->time)), r = 0.16f * w;
-  SubsampleResult out = {{0.4f + 0.3f * x / w, 0.5f, 0.6f - 0.4f * y / w}, 1};
+  SubsampleResult out = {{0.4f + 0.3f * x / w, 0.5f, 0.6f - 0.4f * y / w}, 1, 0};
   const float ex = x - w * 0.2f, ey = y - w * (0.2f + 0.02f * show->time), q = 0.12f * w;
   if (ex * ex + ey * ey < q * q) {
     out.signature = 2 + (uint32_t)(int)floorf((ex + ey) / (0.04f * w) + 100);
@@ -54,7 +54,7 @@ static uint8_t *run_on(SubsampleTrace *trace, Show *show, const SubsampleSetting
   Jobs *jobs = jobs_create(threads, &err);
   Subsampler *s = subsampler_create(show->width, show->height, &err);
   uint8_t *rgba = mem_zero((size_t)show->width * (size_t)show->height, 4);
-  CHECK(jobs && s && rgba && subsampler_run(s, settings, trace, show, jobs, NULL, rgba, stats));
+  CHECK(jobs && s && rgba && subsampler_run(s, settings, trace, show, jobs, NULL, rgba, NULL, stats));
   subsampler_destroy(s);
   jobs_destroy(jobs);
   return rgba;
@@ -157,14 +157,14 @@ static void flat_trace(void *user, const SubsamplePixel *pixels, size_t count, S
   Show *show = user;
   (void)worker, (void)pixels;
   show->asked += (int)count;
-  for (size_t i = 0; i < count; i++) out[i] = (SubsampleResult){{0.5f, 0.25f, 1}, 7};
+  for (size_t i = 0; i < count; i++) out[i] = (SubsampleResult){{0.5f, 0.25f, 1}, 7, 0};
 }
 
 static void ramp_trace(void *user, const SubsamplePixel *pixels, size_t count, SubsampleResult *out, int worker)
 {
   (void)user, (void)worker;
   for (size_t i = 0; i < count; i++)
-    out[i] = (SubsampleResult){{0.004f * pixels[i].x, 0.5f, 0.003f * pixels[i].y + 0.1f}, 7};
+    out[i] = (SubsampleResult){{0.004f * pixels[i].x, 0.5f, 0.003f * pixels[i].y + 0.1f}, 7, 0};
 }
 
 // A spot of a pixel, in colour or (of another signature) in name only, at (show->time, 20).
@@ -174,14 +174,14 @@ static void spot_trace(void *user, const SubsamplePixel *pixels, size_t count, S
   (void)worker;
   for (size_t i = 0; i < count; i++) {
     const bool is_spot = pixels[i].x == (int)show->time && pixels[i].y == 20;
-    out[i] = (SubsampleResult){{is_spot ? 1.0f : 0.5f, 0.5f, 0.5f}, 7};
+    out[i] = (SubsampleResult){{is_spot ? 1.0f : 0.5f, 0.5f, 0.5f}, 7, 0};
   }
 }
 
 static void step_trace(void *user, const SubsamplePixel *pixels, size_t count, SubsampleResult *out, int worker)
 {
   (void)user, (void)worker;
-  for (size_t i = 0; i < count; i++) out[i] = (SubsampleResult){{0.5f, 0.5f, 0.5f}, pixels[i].x < 19};
+  for (size_t i = 0; i < count; i++) out[i] = (SubsampleResult){{0.5f, 0.5f, 0.5f}, pixels[i].x < 19, 0};
 }
 
 TEST(equal_colours_need_corners_and_centres)
@@ -238,7 +238,7 @@ static void edge_trace(void *user, const SubsamplePixel *pixels, size_t count, S
   for (size_t i = 0; i < count; i++) {
     const int x = pixels[i].x, y = pixels[i].y;
     const bool is_other = x == 20 && y == 28, is_bump = x == 20 && y >= 22 && y <= 26;
-    out[i] = (SubsampleResult){{is_bump ? 1.0f : 0.5f, 0.5f, 0.5f}, is_other};
+    out[i] = (SubsampleResult){{is_bump ? 1.0f : 0.5f, 0.5f, 0.5f}, is_other, 0};
   }
 }
 
@@ -287,7 +287,7 @@ TEST(it_can_be_cancelled)
   uint8_t *rgba = mem_zero(640 * 480, 4);
   const SubsampleSettings settings = subsample_defaults();
   SubsampleStats stats;
-  CHECK(!subsampler_run(s, &settings, cancel_trace, &cancel, jobs, &cancel, rgba, &stats) && stats.traced < 640 * 480 / 2);
+  CHECK(!subsampler_run(s, &settings, cancel_trace, &cancel, jobs, &cancel, rgba, NULL, &stats) && stats.traced < 640 * 480 / 2);
   mem_free(rgba);
   subsampler_destroy(s);
   jobs_destroy(jobs);

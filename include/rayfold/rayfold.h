@@ -424,6 +424,9 @@ typedef struct rf_live_view { // what to show
   double frame_seconds;     // what a frame may take while something changes
   int step;                 // 0: resolution by frame_seconds; 1, 2, 4, 8: a pixel is always this wide while it changes, and
                             // no clock is looked at
+  int blocks;               // of the integrator whitted while something changes: pixels between alike corners of blocks are
+                            // filled; 4, 8 or 16 wide at most, 0: every pixel is traced
+  bool show_blocks;         // a view: blocks of one colour red, filled ones blue, what was traced as it is
   uint32_t magic;
 } rf_live_view;
 
@@ -437,6 +440,7 @@ typedef struct rf_live_frame { // the arrays live until the next rf_live_take()
   bool is_finished;        // the picture has all its samples
   double prepare_seconds;  // of the world it shows
   double render_seconds, denoise_seconds, show_seconds;
+  double traced;           // part of the rendered pixels that rays were asked for; the others lie between them
   uint64_t rays;           // traced since the frame before
   uint64_t number;         // counts frames
   uint64_t view, edit;     // of the newest rf_live_show() and edit that it shows; those that change nothing bring no frame
@@ -444,7 +448,7 @@ typedef struct rf_live_frame { // the arrays live until the next rf_live_take()
 } rf_live_frame;
 
 RF_API rf_live_def rf_default_live_def(void);
-RF_API rf_live_view rf_default_live_view(void); // 16 ms a frame, denoised, reprojected; eye and size are still to be set
+RF_API rf_live_view rf_default_live_view(void); // 16 ms a frame, denoised, reprojected, blocks of 8; eye and size are still to be set
 RF_API rf_live *rf_live_create(rf_scene *s, const rf_live_def *def); // the scene is the driver's now, even if this fails
 RF_API void rf_live_destroy(rf_live *l);                             // with the scene; within 50 ms
 

@@ -92,7 +92,7 @@ rf_live_def rf_default_live_def(void) { return (rf_live_def){.magic = MAGIC_LIVE
 rf_live_view rf_default_live_view(void)
 {
   return (rf_live_view){.render = rf_default_render_def(), .develop = rf_default_develop_def(), .denoise = true,
-                        .reproject = true, .frame_seconds = 0.016, .magic = MAGIC_LIVE_VIEW};
+                        .reproject = true, .frame_seconds = 0.016, .blocks = 8, .magic = MAGIC_LIVE_VIEW};
 }
 
 static void tell(rf_live *l, const Err *err)
@@ -421,6 +421,8 @@ static bool view_from(const rf_live_view *v, LiveView *out)
   if (!isfinite(sum)) return api_bad_argument(function, "the eye is at no place, or looks nowhere: not all of it is finite");
   if (v->step != 0 && v->step != 1 && v->step != 2 && v->step != 4 && v->step != 8)
     return api_bad_argument(function, "a step of %d; it is 0, 1, 2, 4 or 8", v->step);
+  if (v->blocks != 0 && v->blocks != 4 && v->blocks != 8 && v->blocks != 16)
+    return api_bad_argument(function, "blocks of %d; it is 0, 4, 8 or 16", v->blocks);
   out->eye = api_eye(&v->eye);
   out->width = (uint32_t)v->width;
   out->height = (uint32_t)v->height;
@@ -431,6 +433,8 @@ static bool view_from(const rf_live_view *v, LiveView *out)
   out->reprojects = v->reproject;
   out->frame_seconds = v->frame_seconds;
   out->step = v->step;
+  out->blocks = v->blocks;
+  out->shows_blocks = v->show_blocks;
   return true;
 }
 
@@ -523,7 +527,7 @@ bool rf_live_take(rf_live *l, rf_live_frame *out)
                          .render_height = (int)f->render_height, .samples = (int)f->samples,
                          .is_moving = f->is_moving, .is_finished = f->is_finished,
                          .prepare_seconds = s->prepare_seconds, .render_seconds = f->render_seconds,
-                         .denoise_seconds = f->denoise_seconds, .show_seconds = f->show_seconds, .rays = f->rays,
+                         .denoise_seconds = f->denoise_seconds, .show_seconds = f->show_seconds, .traced = f->traced, .rays = f->rays,
                          .number = s->number, .view = s->view, .edit = s->edit, .eye = s->eye};
   return true;
 }

@@ -69,9 +69,10 @@ static float clip(float x) { return x > 0 ? min_f(x, 1) : 0; } // NaN gives 0
 
 static float bounded(float x) { return x > 0 ? min_f(x, 1e30f) : 0; } // keeps the curves' quotients finite
 
-Vec3 tone_color(const Tone *t, Vec3 color)
+static float gain_of(const Tone *t) { return f_exp(t->exposure * 0.693147181f); }
+
+static Vec3 tone_with_gain(const Tone *t, float gain, Vec3 color)
 {
-  const float gain = f_exp(t->exposure * 0.693147181f);
   Vec3 c = v3(bounded(color[0] * gain), bounded(color[1] * gain), bounded(color[2] * gain));
   // Above this every curve has long reached white, and the squares in the fits still are finite.
   c = v3_min(c, v3_all(1e15f));
@@ -86,12 +87,15 @@ Vec3 tone_color(const Tone *t, Vec3 color)
   return c;
 }
 
+Vec3 tone_color(const Tone *t, Vec3 color) { return tone_with_gain(t, gain_of(t), color); }
+
 enum { PIXELS_AN_ITEM = 16384 };
 
 typedef struct ToneWork {
   const Tone *tone;
   float *rgba;
   size_t count;
+  float gain;
 } ToneWork;
 
 static void tone_item(void *user, size_t item, int worker)
@@ -102,13 +106,13 @@ static void tone_item(void *user, size_t item, int worker)
   const size_t end = first + PIXELS_AN_ITEM < w->count ? first + PIXELS_AN_ITEM : w->count;
   for (size_t i = first; i < end; i++) {
     float *p = w->rgba + 4 * i;
-    v3_store(p, tone_color(w->tone, v3_load(p)));
+    v3_store(p, tone_with_gain(w->tone, w->gain, v3_load(p)));
     p[3] = clip(p[3]);
   }
 }
 
 void tone_pixels(const Tone *t, float *rgba, size_t pixel_count, Jobs *jobs)
 {
-  ToneWork w = {t, rgba, pixel_count};
+  ToneWork w = {t, rgba, pixel_count, gain_of(t)};
   jobs_run(jobs, (pixel_count + PIXELS_AN_ITEM - 1) / PIXELS_AN_ITEM, tone_item, &w, NULL);
 }

@@ -10,6 +10,7 @@
 #include "render/camera.h"
 #include "render/film.h"
 #include "render/filter.h"
+#include "render/subsample.h"
 #include "world/world.h"
 
 // Some samples of every pixel: all a tile needs to know. Read only while tiles are rendered, but for the film.
@@ -34,10 +35,20 @@ typedef struct WorkerState {
   uint64_t bad_samples; // not finite, counted as black
 } __attribute__((aligned(64))) WorkerState;
 
+// What a sample of a pixel sees.
+typedef struct HotLook {
+  Vec3 radiance;
+  uint32_t signature; // whitted.h: equal ones may be mixed
+  uint32_t object;    // 1 + index; 0: nothing
+} HotLook;
+
 typedef struct HotTable {
   const char *name; // of the level
   // Adds the pass's samples of the tile's pixels to the film; false if it was broken off between two pixels.
   bool (*render_tile)(const RenderPass *pass, Tile tile, WorkerState *worker);
+  // Samples of up to SUBSAMPLE_PACKET pixels by the integrator whitted: the first of the pass's. Nothing is added to the film, of which
+  // only the size is looked at.
+  void (*look_at)(const RenderPass *pass, const SubsamplePixel *pixels, size_t count, HotLook *out, WorkerState *worker);
   // Closest hits (instance NO_HIT: none) and "is anything in the way" of bare geometry: every instance counts, whoever
   // it is visible to, and alpha is not looked at.
   void (*closest_n)(const Accel *accel, const PackedRay *rays, Hit *hits, size_t count);

@@ -3,20 +3,25 @@
 
 #include "render/live.h"
 
+#include "base/hash.h"
 #include "base/mem.h"
 #include "post/denoise_fast.h"
 #include "post/display.h"
+#include "render/blocks.h"
 #include "render/trail.h"
 
 #include <string.h>
 #include <time.h>
 
 // What a frame can be rendered at, finest first. Another way to spend less on a frame is one more row here.
+// By film: can become the finished picture. The others go straight to the window (blocks.h): all pixels, or some.
+typedef enum LiveWay { BY_FILM, BY_PIXELS, BY_BLOCKS } LiveWay;
 typedef struct LiveLevel {
   uint32_t step; // window pixels that one rendered pixel is wide
+  LiveWay way;
 } LiveLevel;
-static const LiveLevel levels[] = {{1}, {2}, {4}, {8}};
-enum { LEVEL_COUNT = sizeof levels / sizeof *levels, ROWS_AN_ITEM = 16, MOST_PASS = 16 };
+static const LiveLevel levels[] = {{1, BY_FILM}, {1, BY_PIXELS}, {1, BY_BLOCKS}, {2, BY_FILM}, {4, BY_FILM}, {8, BY_FILM}};
+enum { LEVEL_BLOCKS = 2, LEVEL_COUNT = sizeof levels / sizeof *levels, ROWS_AN_ITEM = 16, MOST_PASS = 16 };
 
 // A finer level is only tried when it is expected to need no more than this share of the time there is: without the
 // gap, levels change with every fluctuation of the machine.
@@ -30,6 +35,7 @@ enum { LEVEL_COUNT = sizeof levels / sizeof *levels, ROWS_AN_ITEM = 16, MOST_PAS
 typedef struct Costs {   // of what was measured last, seconds; 0: not known
   double render, denoise; // a rendered pixel (and sample)
   double show;            // a window pixel
+  double ways[BY_BLOCKS + 1]; // a window pixel of those without a film
 } Costs;
 
 struct Live {
@@ -38,6 +44,7 @@ struct Live {
   LiveView view; // of the last step; width 0: none
   const World *world;
   Film *films[LEVEL_COUNT]; // owned; NULL: not needed yet
+  Blocks *blocks;           // owned; likewise
   uint32_t planes;          // of theirs
   int level;                // of the last frame
   uint32_t samples;         // in its film
@@ -77,6 +84,8 @@ static void drop_films(Live *l)
     film_destroy(l->films[i]);
     l->films[i] = NULL;
   }
+  blocks_destroy(l->blocks);
+  l->blocks = NULL;
 }
 
 void live_destroy(Live *l)
@@ -118,13 +127,18 @@ static bool settings_equal(const RenderSettings *a, const RenderSettings *b)
 bool live_view_differs(const LiveView *a, const LiveView *b)
 {
   return a->width != b->width || a->height != b->height || a->seed != b->seed || a->first_sample != b->first_sample ||
-         !eyes_equal(&a->eye, &b->eye) || !settings_equal(&a->settings, &b->settings);
+         a->blocks != b->blocks || a->shows_blocks != b->shows_blocks || !eyes_equal(&a->eye, &b->eye) || !settings_equal(&a->settings, &b->settings);
 }
 
 static bool is_noisy(const LiveView *v)
 {
   return v->settings.integrator == INTEGRATOR_PATH || v->settings.integrator == INTEGRATOR_CLASSIC;
 }
+static bool can_use_pixels(const LiveView *v)
+{
+  return v->settings.integrator == INTEGRATOR_WHITTED && !v->settings.transparent;
+}
+static bool only_blocks(const LiveView *v) { return can_use_pixels(v) && v->blocks > 0 && v->shows_blocks; }
 static bool is_cleaned(const LiveView *v) { return v->denoises && is_noisy(v); }
 static bool has_trail(const LiveView *v) { return v->reprojects && is_noisy(v); }
 
@@ -192,21 +206,39 @@ static Costs *costs_of(Live *l, const LiveView *v) { return &l->costs[is_noisy(v
 static double expected_seconds(Live *l, const LiveView *v, int level, uint32_t samples)
 {
   const Costs *c = costs_of(l, v);
+  const LiveWay way = levels[level].way;
+  if (way != BY_FILM) {
+    const double known = c->ways[way], guess = (c->render + c->show) / (way == BY_BLOCKS ? 2 : 1); // two to five times as fast
+    return (double)pixels_at(v, level) * (known > 0 ? known : guess);
+  }
   const double denoise = is_cleaned(v) ? c->denoise : 0;
   return (double)pixels_at(v, level) * (samples * c->render + denoise) + (double)v->width * v->height * c->show;
 }
 
+// Whether a level is one for what moves in the view at all. Where a size was asked for, blocks serve if they may.
+static bool level_serves(const LiveView *v, int level)
+{
+  switch (levels[level].way) {
+  case BY_FILM: return levels[level].step > 1 || !can_use_pixels(v);
+  case BY_PIXELS: return can_use_pixels(v) && !(v->step == 1 && v->blocks > 0);
+  case BY_BLOCKS: return can_use_pixels(v) && v->blocks > 0;
+  }
+  unreachable();
+}
+
 static int choose_level(Live *l, const LiveView *v)
 {
+  if (only_blocks(v)) return LEVEL_BLOCKS;
   if (v->step > 0) {
     for (int i = 0; i < LEVEL_COUNT; i++)
-      if ((int)levels[i].step >= v->step) return i;
+      if ((int)levels[i].step >= v->step && level_serves(v, i)) return i;
     return LEVEL_COUNT - 1;
   }
   if (costs_of(l, v)->render <= 0) return is_noisy(v) ? LEVEL_COUNT - 1 : LEVEL_COUNT - 2; // not known: soon
   int level = 0;
   while (level < LEVEL_COUNT - 1 &&
-         expected_seconds(l, v, level, 1) > v->frame_seconds * (level < l->level ? FINER_SHARE : 1))
+         (!level_serves(v, level) ||
+          expected_seconds(l, v, level, 1) > v->frame_seconds * (level < l->level ? FINER_SHARE : 1)))
     level++;
   return level;
 }
@@ -258,9 +290,8 @@ static bool begin_level(Live *l, int level, uint32_t first, uint32_t samples, co
   return true;
 }
 
-static bool moving_frame(Live *l, const Cancel *abandon, Err *err)
+static bool moving_frame(Live *l, int level, const Cancel *abandon, Err *err)
 {
-  const int level = choose_level(l, &l->view);
   const uint32_t samples = choose_samples(l, &l->view, level);
   // What the finished picture never sees is free to differ from frame to frame, so that noise averages out.
   const uint32_t shift = level > 0 && is_noisy(&l->view) ? l->frame++ % 1024 : 0;
@@ -363,6 +394,7 @@ static bool show(Live *l, const Cancel *cancel, LiveFrame *out, Err *err)
   out->height = v->height;
   out->render_width = f->width;
   out->render_height = f->height;
+  out->traced = 1;
   out->samples = l->samples;
   out->is_finished = is_finished(l);
   out->render_seconds = l->render_seconds;
@@ -387,16 +419,66 @@ static LiveOutcome finish(Live *l, bool is_moving, const Cancel *cancel, LiveFra
 
 static LiveOutcome broken_off(const Err *err) { return err->kind == ERR_CANCELLED ? LIVE_WORKED : LIVE_FAILED; }
 
+// A frame straight into the window's pixels.
+static bool show_pixels(Live *l, int level, const Cancel *cancel, LiveFrame *out, Err *err)
+{
+  const LiveView *v = &l->view;
+  const size_t window = (size_t)v->width * v->height;
+  l->level = level;
+  l->samples = 0;
+  if (!grow(&out->pixels, &out->pixel_room, window, err) || !grow(&out->objects, &out->object_room, window, err)) return false;
+  if (!l->blocks && !(l->blocks = blocks_create(v->width, v->height, l->jobs, err))) return false;
+  RenderPass pass = {.world = l->world, .eye = v->eye, .settings = v->settings, .seed = (uint32_t)hash_u64(v->seed),
+                     .first_sample = v->first_sample, .end_sample = v->first_sample + 1};
+  filter_build(&pass.filter, (FilterKind)v->settings.filter, v->settings.filter_width);
+  SubsampleSettings settings = subsample_defaults();
+  settings.block = levels[level].way == BY_BLOCKS ? v->blocks : 0;
+  settings.shows_blocks = v->shows_blocks;
+  SubsampleStats stats;
+  RayCounters rays;
+  const double start = seconds_now();
+  if (!blocks_render(l->blocks, &pass, &settings, &v->tone, l->hot, cancel, out->pixels, out->objects, &stats, &rays, err))
+    return false;
+  const double end = seconds_now();
+  learn(&costs_of(l, v)->ways[levels[level].way], (end - start) / (double)window);
+  out->width = out->render_width = v->width;
+  out->height = out->render_height = v->height;
+  out->samples = l->samples = l->shown_samples = 1;
+  out->is_finished = v->shows_blocks;
+  out->render_seconds = l->render_seconds + end - start;
+  out->denoise_seconds = out->show_seconds = 0;
+  out->traced = (double)stats.traced / (double)window;
+  out->rays = l->rays + rays.camera_rays + rays.bounce_rays + rays.shadow_rays;
+  l->rays = 0;
+  l->render_seconds = 0;
+  l->shown_time = end;
+  l->is_current = true;
+  return true;
+}
+
+// The level to go on with from another: the next finer one that has a film.
+static int finer_level(int level)
+{
+  do level--;
+  while (level > 0 && levels[level].way != BY_FILM);
+  return level > 0 ? level : 0;
+}
+
 // One step finer, then more samples.
 static LiveOutcome refine(Live *l, const Cancel *interrupt, LiveFrame *out, Err *err)
 {
   Film *f = l->films[0];
   const uint32_t all = l->view.end_sample - l->view.first_sample;
+  if (only_blocks(&l->view) && l->is_current) return LIVE_IDLE;
+  if (only_blocks(&l->view)) {
+    out->is_moving = false;
+    return show_pixels(l, choose_level(l, &l->view), interrupt, out, err) ? LIVE_SHOWN : broken_off(err);
+  }
   if (l->level > 0 || !l->samples || !f || f->is_partial) {
-    const int level = l->level > 0 ? l->level - 1 : 0;
+    const int from = l->level, level = finer_level(from);
     const uint32_t shift = level > 0 && is_noisy(&l->view) ? l->frame++ % 1024 : 0;
     if (!begin_level(l, level, l->view.first_sample + shift, 1, interrupt, err)) {
-      l->level = level + (level < LEVEL_COUNT - 1 && err->kind == ERR_CANCELLED); // again from the level before
+      if (err->kind == ERR_CANCELLED) l->level = from; // again from there
       return broken_off(err);
     }
     return finish(l, false, interrupt, out, err);
@@ -430,9 +512,15 @@ LiveOutcome live_step(Live *l, const World *w, const LiveView *view, const Cance
   l->view = *view;
   l->world = w;
   l->is_current = false;
-  if (!moving_frame(l, abandon, err)) {
+  const int level = choose_level(l, view);
+  const bool has_film = levels[level].way == BY_FILM;
+  if (!(!has_film ? show_pixels(l, level, abandon, out, err) : moving_frame(l, level, abandon, err))) {
     l->view.width = 0; // begin anew, whatever comes
     return broken_off(err);
+  }
+  if (!has_film) {
+    out->is_moving = true;
+    return LIVE_SHOWN;
   }
   return finish(l, true, abandon, out, err);
 }

@@ -20,6 +20,9 @@ typedef struct LiveView { // what to show
   bool denoises;        // the fast denoiser; only where there is noise
   bool reprojects;      // frames before help the next
   double frame_seconds; // what a frame may take while something changes
+  int blocks;           // of whitted while something changes: side of the largest blocks that are filled between their
+                        // corners (subsample.h); 4, 8, 16; 0: none
+  bool shows_blocks;    // a view of them, which is all there is to see
   int step;             // 0: by time; else pixels are this many times as wide, 1, 2, 4 or 8, while something changes,
                         // and no clock is looked at: the same steps give the same frames
 } LiveView;
@@ -41,6 +44,7 @@ typedef struct LiveFrame { // the arrays belong to the frame and are made as lar
   bool is_moving;   // made while something changed
   bool is_finished; // has all samples
   double render_seconds, denoise_seconds, show_seconds;
+  double traced;    // part of the rendered pixels that rays were asked for; the others lie between them
   uint64_t rays;    // traced for it since the frame before
 } LiveFrame;
 

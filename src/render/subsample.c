@@ -47,6 +47,7 @@ struct Subsampler {
   void *user;
   const Cancel *cancel;
   uint8_t *rgba;
+  uint32_t *objects; // may be NULL
   int level, columns, strip_count; // level of the largest blocks
 };
 
@@ -99,7 +100,7 @@ Subsampler *subsampler_create(int width, int height, Err *err)
   s->strips = mem_zero(strips, sizeof *s->strips);
   s->lists = mem_alloc(bytes, 1);
   if (s->results && s->marks && s->is_cut && s->strips && s->lists) return s;
-  err_memory(err, "a subsampled picture", pixels * 17 + bytes);
+  err_memory(err, "a subsampled picture", pixels * 21 + bytes);
   subsampler_destroy(s);
   return NULL;
 }
@@ -235,17 +236,6 @@ static void step_corners(void *user, size_t item, int worker)
   trace_asked(s, strip, worker);
 }
 
-// No blocks at all: every pixel, eight rows at a time.
-static void step_all(void *user, size_t item, int worker)
-{
-  Subsampler *s = user;
-  const int side = 1 << s->level, top = (int)item << s->level;
-  for (int left = 0; left < s->width; left += side)
-    for (int y = top; y < top + side && y < s->height; y++)
-      for (int x = left; x < left + side && x < s->width; x++) ask(s, &s->strips[item], x, y);
-  trace_asked(s, &s->strips[item], worker);
-}
-
 static int middle(int from, int to) { return (from + to + 1) / 2; }
 
 // Looks at the blocks of one level: those that may be filled, if their centres agree; the rest is cut.
@@ -348,8 +338,9 @@ typedef int32_t Int4 __attribute__((vector_size(16)));
 enum { UNIT = 256 };
 
 // A colour as Pixels' numbers, with the half that rounds.
-static Vec3 scaled(Vec3 c)
+static Vec3 scaled(const Subsampler *s, Vec3 c)
 {
+  if (s->settings->is_bgr) c = v3(c[2], c[1], c[0]);
   Vec3 v = v3_min(v3_max(c, v3_all(0)), v3_all(1)) * (255 * UNIT) + (float)(UNIT / 2);
   v[3] = 255 * UNIT;
   return v;
@@ -387,12 +378,14 @@ static void block_store(const Subsampler *s, const Block *b)
   const int end_y = b->y + side < s->height ? b->y + side : s->height;
   const float per_x = c.right > c.x ? 1 / (float)(c.right - c.x) : 0, per_y = c.below > c.y ? 1 / (float)(c.below - c.y) : 0;
   Vec3 at[4];
-  for (int i = 0; i < 4; i++) at[i] = scaled(tinted(s, b, color_of(c.at[i])));
+  for (int i = 0; i < 4; i++) at[i] = scaled(s, tinted(s, b, color_of(c.at[i])));
   const Vec3 left_slope = (at[2] - at[0]) * per_y, right_slope = (at[3] - at[1]) * per_y;
   for (int y = b->y; y < end_y; y++) {
     const float down = (float)(y - b->y);
     const Vec3 from = at[0] + down * left_slope, slope = (at[1] + down * right_slope - from) * per_x;
-    store_row(s->rgba + 4 * pixel_at(s, b->x, y), pixels_of(from, from + slope), pixels_of(2 * slope, 2 * slope), width);
+    const size_t first = pixel_at(s, b->x, y);
+    store_row(s->rgba + 4 * first, pixels_of(from, from + slope), pixels_of(2 * slope, 2 * slope), width);
+    for (int x = 0; s->objects && x < width; x++) s->objects[first + (size_t)x] = c.at[0]->object;
   }
 }
 
@@ -404,6 +397,13 @@ static void step_fill(void *user, size_t item, int worker)
   for (uint32_t i = 0; i < strip->filled_count; i++) block_store(s, &strip->filled[i]);
 }
 
+static void store_pixel(const Subsampler *s, size_t at, const SubsampleResult *r)
+{
+  const Vec3 color = scaled(s, color_of(r));
+  if (s->objects) s->objects[at] = r->object;
+  store_row(s->rgba + 4 * at, pixels_of(color, color), (Pixels){0}, 1);
+}
+
 static void step_store(void *user, size_t item, int worker)
 {
   Subsampler *s = user;
@@ -411,8 +411,25 @@ static void step_store(void *user, size_t item, int worker)
   (void)worker;
   for (uint32_t i = 0; i < strip->asked_count; i++) {
     const size_t at = pixel_at(s, strip->asked[i].x, strip->asked[i].y);
-    const Vec3 color = scaled(color_of(&s->results[at]));
-    store_row(s->rgba + 4 * at, pixels_of(color, color), (Pixels){0}, 1);
+    store_pixel(s, at, &s->results[at]);
+  }
+}
+
+// No blocks at all: every pixel, eight by eight, from the trace to the picture.
+static void step_all(void *user, size_t item, int worker)
+{
+  Subsampler *s = user;
+  const int side = 1 << s->level, top = (int)item << s->level, end_y = top + side < s->height ? top + side : s->height;
+  SubsamplePixel pixels[SUBSAMPLE_PACKET];
+  SubsampleResult results[SUBSAMPLE_PACKET];
+  for (int left = 0; left < s->width && !is_cancelled(s->cancel); left += side) {
+    const int end_x = left + side < s->width ? left + side : s->width;
+    size_t count = 0;
+    for (int y = top; y < end_y; y++)
+      for (int x = left; x < end_x; x++) pixels[count++] = (SubsamplePixel){(uint16_t)x, (uint16_t)y};
+    s->trace(s->user, pixels, count, results, worker);
+    for (size_t i = 0; i < count; i++) store_pixel(s, pixel_at(s, pixels[i].x, pixels[i].y), &results[i]);
+    s->strips[item].traced_count += (uint32_t)count;
   }
 }
 
@@ -425,7 +442,7 @@ static void begin(Subsampler *s)
   const int side = 1 << s->level;
   s->columns = (s->width + side - 1) >> s->level;
   s->strip_count = (s->height + side - 1) >> s->level;
-  memset((void *)s->marks, 0, (size_t)s->width * (size_t)s->height);
+  if (s->settings->block >= LEAST_BLOCK) memset((void *)s->marks, 0, (size_t)s->width * (size_t)s->height);
   memset(s->is_cut, 0, (size_t)s->columns * (size_t)s->strip_count);
   const size_t bytes = strip_bytes(s->width, side);
   for (int i = 0; i < s->strip_count; i++) {
@@ -459,7 +476,7 @@ static void count_pixels(const Subsampler *s, SubsampleStats *stats)
   *stats = (SubsampleStats){0};
   for (int i = 0; i < s->strip_count; i++) {
     const Strip *strip = &s->strips[i];
-    stats->traced += strip->asked_count;
+    stats->traced += strip->traced_count;
     for (uint32_t k = 0; k < strip->filled_count; k++) {
       const Block *b = &strip->filled[k];
       const int side = 1 << b->level;
@@ -470,13 +487,14 @@ static void count_pixels(const Subsampler *s, SubsampleStats *stats)
 }
 
 bool subsampler_run(Subsampler *s, const SubsampleSettings *settings, SubsampleTrace *trace, void *user, Jobs *jobs,
-                    const Cancel *cancel, uint8_t *rgba, SubsampleStats *stats)
+                    const Cancel *cancel, uint8_t *rgba, uint32_t *objects, SubsampleStats *stats)
 {
   s->settings = settings;
   s->trace = trace;
   s->user = user;
   s->cancel = cancel;
   s->rgba = rgba;
+  s->objects = objects;
   begin(s);
   const bool ok = run_blocks(s, jobs) && run_step(s, step_fill, s, jobs) && run_step(s, step_store, s, jobs);
   if (stats) count_pixels(s, stats);

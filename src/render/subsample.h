@@ -32,6 +32,7 @@ typedef struct SubsamplePixel {
 typedef struct SubsampleResult {
   float rgb[3]; // as shown, 0..1: contrast is judged and colours are mixed as the eye gets them
   uint32_t signature;
+  uint32_t object; // what is there; of a filled block, that of its first corner
 } SubsampleResult;
 
 // Tells the colours of count pixels. Called from any worker of the pool, from several at once.
@@ -43,6 +44,7 @@ typedef struct SubsampleSettings {
   float most_error;     // of the centre and of what neighbours traced, a channel
   bool has_probe, has_round; // trace centres; look at neighbours' edges
   bool shows_blocks;    // a view: filled blocks of one colour red, others blue
+  bool is_bgr;          // writes blue, green, red, 255: a window's 0xffrrggbb
 } SubsampleSettings;
 
 typedef struct SubsampleStats {
@@ -57,8 +59,9 @@ SubsampleSettings subsample_defaults(void);
 Subsampler *subsampler_create(int width, int height, Err *err); // 1..65535 a side; NULL when memory is out
 void subsampler_destroy(Subsampler *s);                         // accepts NULL
 
-// Makes a picture of 8-bit red, green, blue, 255, rows from the top. False when cancelled; rgba is then in part old.
+// Makes a picture of 8-bit red, green, blue, 255, rows from the top, and of objects unless that is NULL. False when
+// cancelled; both are then in part old.
 bool subsampler_run(Subsampler *s, const SubsampleSettings *settings, SubsampleTrace *trace, void *user, Jobs *jobs,
-                    const Cancel *cancel, uint8_t *rgba, SubsampleStats *stats);
+                    const Cancel *cancel, uint8_t *rgba, uint32_t *objects, SubsampleStats *stats);
 
 #endif

@@ -69,7 +69,7 @@ static bool tile_render(const RenderPass *pass, Tile tile, WorkerState *worker)
     Whitted t;
   } by;
   if (pass->settings.integrator == INTEGRATOR_WHITTED) {
-    whitted_place(&by.t, pass, &worker->rays);
+    whitted_place(&by.t, pass, &worker->rays, false);
   } else {
     wave_place_eye(&by.c.chain, pass, &worker->rays);
     wave_place_eye(&by.c.side, pass, &worker->rays);
@@ -86,6 +86,20 @@ static bool tile_render(const RenderPass *pass, Tile tile, WorkerState *worker)
       }
     }
   return true;
+}
+
+_Static_assert((int)SUBSAMPLE_PACKET <= (int)WHITTED_SIZE, "a packet of pixels is one of rays");
+
+static void pixels_look_at(const RenderPass *pass, const SubsamplePixel *pixels, size_t count, HotLook *out,
+                           WorkerState *worker)
+{
+  Whitted t;
+  whitted_place(&t, pass, &worker->rays, true);
+  whitted_begin(&t, pass->first_sample);
+  for (size_t i = 0; i < count; i++) whitted_add(&t, pixels[i].x, pixels[i].y);
+  whitted_trace(&t);
+  for (size_t i = 0; i < count; i++)
+    out[i] = (HotLook){t.seen[i].radiance, t.signature[i], t.seen[i].is_hit ? t.seen[i].object : 0};
 }
 
 #endif

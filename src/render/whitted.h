@@ -10,7 +10,7 @@
 // few simple shapes (accel/lanes.h) nothing at all is done ray by ray. Floats in lanes instead of doubles one by one made
 // the intro's scenes 8 to 20 times as fast; they differ by a 255th or more in 0 and 7 of 480 000 pixels.
 //
-// Sums are integers of 2^-28 like the film's, so a pixel does not depend on who was traced beside it. A signature tells
+// Sums are of multiples of 2^-28 like the film's and so exact, also in doubles; a pixel does not depend on who was traced beside it. A signature tells
 // what a pixel is made of: objects met and lights that reach them, at the eye's ray, along mirror rays to the second and
 // refracted rays to the third surface; equal ones may be interpolated (subsample.h).
 //
@@ -28,8 +28,9 @@
 #include "render/whitted_light.h"
 
 // Once for many packets of a pass.
-static inline void whitted_place(Whitted *t, const RenderPass *pass, RayCounters *counters)
+static inline void whitted_place(Whitted *t, const RenderPass *pass, RayCounters *counters, bool has_signatures)
 {
+  t->has_signatures = has_signatures;
   t->pass = pass;
   t->counters = counters;
   t->lanes = pass->world->lanes;
@@ -144,13 +145,14 @@ static inline void whitted_look(Whitted *t)
     wx_store(&t->list[GO_WIDTH][i], wx_set(share * begin));
     wx_store(&t->list[GO_SPREAD][i], share * whitted_spread(e, height, d));
   }
-  for (size_t i = 0; i < t->count; i++) {
+  memset(t->signature, 0, sizeof t->signature);
+  for (size_t i = 0; i < WHITTED_SIZE; i++) {
     t->list_int[GO_WAY][i] = 1;
     t->list_int[GO_INFO][i] = (uint32_t)i | 1u << INFO_REFRACTED;
-    t->signature[i] = 0;
+  }
+  for (size_t i = 0; i < t->count; i++) {
     t->seen[i].alpha = 1;
     t->seen[i].is_hit = false;
-    t->sums[i][0] = t->sums[i][1] = t->sums[i][2] = 0;
   }
   t->height = t->count;
 }
@@ -234,24 +236,40 @@ static inline void whitted_go_on(Whitted *t, int lane, unsigned bits)
 
 // --- what it comes to -------------------------------------------------------------------------------------
 
-// Adds a group's light to its pixels. In the signature a sum, in any order.
-static inline void whitted_pay(Whitted *t, int lane, unsigned bits)
+// The nearest multiple of 2^-28, held as film_fixed() does: adding 1.5 * 2^24 leaves no more places.
+static inline double whitted_fixed(float x)
 {
-  const Wide3 light = w3_mul(whitted_go3(t, GO_WEIGHT, lane), whitted_at3(t, AT_LIGHT, lane));
+  const float held = x > FILM_LIMIT ? FILM_LIMIT : x < -FILM_LIMIT ? -FILM_LIMIT : x == x ? x : 0;
+  return (double)held + 0x1.8p24 - 0x1.8p24;
+}
+
+// Sums, in any order, of a group's signatures.
+static inline void whitted_sign(Whitted *t, int lane, unsigned bits)
+{
   const wxu info = wxu_load(&t->go_int[GO_INFO][lane]), level = info >> INFO_LEVEL & 0xff;
   const wxu most = 2 + (info >> INFO_REFRACTED & 1);
-  const wxu sign = wxu_hash_combine(wxu_hash_combine(wxu_load(&t->go_int[GO_WAY][lane]), wxu_load(t->object + lane)),
-                                    wxu_load(t->lit + lane));
+  const wxu what = wxu_load(t->object + lane) ^ wxu_load(t->pattern + lane);
+  const wxu sign = wxu_hash_combine(wxu_hash_combine(wxu_load(&t->go_int[GO_WAY][lane]), what), wxu_load(t->lit + lane));
   const wxu counts = wxu_choose(wx_le(wx_of_int((wxi)level), wx_of_int((wxi)most)), sign, wxu_set(0));
-  float rgb[3][WIDEST];
   uint32_t signs[WIDEST];
-  w3_store(rgb[0], WIDEST, light);
   wxu_store(signs, counts);
-  for (; bits; bits &= bits - 1) {
-    const int k = __builtin_ctz(bits);
-    const uint32_t pixel = whitted_pixel(t, (size_t)(lane + k));
-    for (int c = 0; c < 3; c++) t->sums[pixel][c] += film_fixed(rgb[c][k]);
-    t->signature[pixel] += signs[k];
+  for (; bits; bits &= bits - 1) t->signature[whitted_pixel(t, (size_t)(lane + __builtin_ctz(bits)))] += signs[__builtin_ctz(bits)];
+}
+
+// Adds all light to its pixels; the first packet, in their order, begins the sums.
+static inline void whitted_pay(Whitted *t)
+{
+  float (*light)[WHITTED_ROW] = t->at + AT_LIGHT;
+  for (int i = 0; i < (int)t->going; i += WIDEST)
+    w3_store(&light[0][i], WHITTED_ROW, w3_mul(whitted_go3(t, GO_WEIGHT, i), whitted_at3(t, AT_LIGHT, i)));
+  if (whitted_level(t, 0) == 0) {
+    for (int c = 0; c < 3; c++)
+      for (size_t i = 0; i < WHITTED_SIZE; i++) t->sums[c][i] = whitted_fixed(light[c][i]);
+    return;
+  }
+  for (size_t i = 0; i < t->going; i++) {
+    const uint32_t pixel = whitted_pixel(t, i);
+    for (int c = 0; c < 3; c++) t->sums[c][pixel] += whitted_fixed(light[c][i]);
   }
 }
 
@@ -267,11 +285,12 @@ static inline void whitted_step(Whitted *t)
   whitted_light(t);
   const int32_t most = t->pass->settings.max_depth < MOST_LEVELS ? t->pass->settings.max_depth : MOST_LEVELS;
   const uint64_t all = whitted_all(t);
+  whitted_pay(t);
   for (int i = 0; i < (int)t->going; i += WIDEST) {
     unsigned lives = whitted_bits(t->lives, i);
     for (unsigned left = lives; left; left &= left - 1)
       if ((int32_t)whitted_level(t, (size_t)(i + __builtin_ctz(left))) >= most) lives &= ~(left & -left);
-    whitted_pay(t, i, whitted_bits(all, i));
+    if (t->has_signatures) whitted_sign(t, i, whitted_bits(all, i));
     if (lives) whitted_go_on(t, i, lives);
   }
 }
@@ -282,7 +301,7 @@ static inline void whitted_trace(Whitted *t)
   whitted_look(t);
   while (t->height) whitted_step(t);
   for (size_t i = 0; i < t->count; i++)
-    for (int k = 0; k < 3; k++) t->seen[i].radiance[k] = (float)((double)t->sums[i][k] * 0x1p-28);
+    for (int k = 0; k < 3; k++) t->seen[i].radiance[k] = (float)t->sums[k][i];
 }
 
 #endif

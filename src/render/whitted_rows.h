@@ -63,7 +63,8 @@ typedef struct Whitted {
   uint32_t x[WHITTED_SIZE], y[WHITTED_SIZE], sample;
   FilmSample seen[WHITTED_SIZE];
   uint32_t signature[WHITTED_SIZE];
-  int64_t sums[WHITTED_SIZE][3]; // units of 2^-28, as the film's
+  double sums[3][WHITTED_SIZE]; // multiples of 2^-28, as the film's
+  bool has_signatures;
 
   size_t height; // of the list
   float list[GO_ROWS][LIST_ROW];
@@ -78,7 +79,7 @@ typedef struct Whitted {
   uint32_t shape[WHITTED_ROW], part[WHITTED_ROW]; // of the set's
   Hit hits[WHITTED_SIZE];                         // of the trees
   float at[AT_ROWS][WHITTED_ROW];
-  uint32_t object[WHITTED_ROW], lit[WHITTED_ROW];
+  uint32_t object[WHITTED_ROW], lit[WHITTED_ROW], pattern[WHITTED_ROW]; // pattern: a hash of the tile of a checker
   uint64_t is_back, is_thin, is_pbr, is_glass, has_own_weights, model[WHITTED_MODELS];
   // Of places that lanes cannot do.
   SurfacePoint surface[WHITTED_SIZE];

@@ -206,7 +206,8 @@ static inline void whitted_make_skins(Whitted *t)
 // --- what is there, in lanes ----------------------------------------------------------------------------
 
 // What a checker multiplies colours with: the ray's cone covers an ellipse (footprint_of_cone), cut into uv.
-static inline Wide3 whitted_checker(const Whitted *t, const LaneShape *s, const TextureMap *map, int lane, Wide3 p, Wide3 n)
+static inline Wide3 whitted_checker(Whitted *t, const LaneShape *s, const TextureMap *map, int lane, unsigned bits, Wide3 p,
+                                   Wide3 n)
 {
   const wx zero = wx_set(0);
   const bool is_metres = s->kind == LANE_PLANE || s->kind == LANE_TRIANGLE;
@@ -227,7 +228,10 @@ static inline Wide3 whitted_checker(const Whitted *t, const LaneShape *s, const 
     du[1] = w3_dot(u, minor);
     dv[1] = w3_dot(v, minor);
   }
-  return lane_checker_color(map, at_u, at_v, du, dv);
+  wxu tile;
+  const Wide3 color = lane_checker_color(map, at_u, at_v, du, dv, &tile);
+  wxu_store(t->pattern + lane, wxu_choose(bits, tile, wxu_load(t->pattern + lane)));
+  return color;
 }
 
 static inline void whitted_put_skin(Whitted *t, const WhittedSkin *k, int lane, unsigned bits, Wide3 diffuse, Wide3 glow)
@@ -273,7 +277,7 @@ static inline void whitted_fill_lanes(Whitted *t, uint32_t shape, int lane, unsi
   whitted_mark(&t->is_back, lane, is_back);
   Wide3 diffuse = w3_of(k->diffuse), glow = w3_of(k->glow);
   if (k->checker) {
-    const Wide3 tint = whitted_checker(t, s, k->checker, lane, p, ng);
+    const Wide3 tint = whitted_checker(t, s, k->checker, lane, bits, p, ng);
     diffuse = w3_mul(diffuse, tint);
     glow = w3_mul(glow, tint);
   }
@@ -317,6 +321,7 @@ static inline void whitted_fill_one(Whitted *t, size_t i)
   whitted_set3(t->at + AT_N, i, material_normal(m, w->textures, s, -ray.d));
   t->at[AT_ERROR][i] = s->error;
   t->object[i] = w->instances[s->instance].object_i + 1;
+  t->pattern[i] = t->has_signatures && m->color_map.map >= 0 ? texture_tile(&w->textures[m->color_map.map], s) : 0;
   if (s->is_back) t->is_back |= 1ull << i;
   const int lane = (int)i / WIDEST * WIDEST;
   whitted_put_skin(t, &k, lane, 1u << ((int)i - lane), w3_of(k.diffuse), w3_of(k.glow));
@@ -386,6 +391,7 @@ static inline void whitted_arrive_group(Whitted *t, int lane, unsigned going)
   wx_store(&t->at[AT_WIDTH][lane], wx_load(&t->go[GO_WIDTH][lane]) + wx_load(&t->go[GO_SPREAD][lane]) * distance);
   wx_put_int(t->object + lane, WIDEST_BITS, 0);
   wx_put_int(t->lit + lane, WIDEST_BITS, 0);
+  wx_put_int(t->pattern + lane, WIDEST_BITS, 0);
   if (missed) whitted_put3(t, AT_LIGHT, lane, missed, whitted_sky(t, lane, missed));
   for (unsigned left = met; left;) {
     const size_t i = (size_t)(lane + __builtin_ctz(left));

@@ -13,6 +13,10 @@ typedef struct LaneSpot {
   wx along[2], across[2];
 } LaneSpot;
 
+// In periods of a checker, two tiles: a ray that covers more sees tiles mixed, and their mean changes little from place to
+// place.
+#define TILE_SHARP 0.7f
+
 static inline wx lane_fraction(wx x) { return x - wx_floor(x); }
 
 // pattern_square
@@ -28,7 +32,7 @@ static inline wx lane_square(wx x, wx width)
 }
 
 // The part of color_b, as texture_pattern() has it.
-static inline wx lane_checker(const TextureMap *t, const LaneSpot *s)
+static inline wx lane_checker(const TextureMap *t, const LaneSpot *s, wxu *tile)
 {
   const wx zero = wx_set(0), one = wx_set(1), *a = s->along, *b = s->across;
   const wx p = a[0] * a[0] + b[0] * b[0], q = a[0] * a[1] + b[0] * b[1], r = a[1] * a[1] + b[1] * b[1];
@@ -49,6 +53,11 @@ static inline wx lane_checker(const TextureMap *t, const LaneSpot *s)
   const wx along = length / count, across = wx_choose(wx_eq(count, one), length, width);
   const wx box_x = wx_sqrt(along * axis_x * (along * axis_x) + across * axis_y * (across * axis_y));
   const wx box_y = wx_sqrt(along * axis_y * (along * axis_y) + across * axis_x * (across * axis_x));
+  // Within a tile that is larger than what is covered, colours are alike.
+  const unsigned is_fine = wx_lt(box_x, wx_set(TILE_SHARP)) & wx_lt(box_y, wx_set(TILE_SHARP));
+  const wx cell_x = wx_clamp(wx_floor(2 * s->x), -0x1p30f, 0x1p30f), cell_y = wx_clamp(wx_floor(2 * s->y), -0x1p30f, 0x1p30f);
+  const wxu cell = wxu_hash_combine((wxu)wx_truncate(cell_x), (wxu)wx_truncate(cell_y));
+  *tile = wxu_choose(is_fine, cell, wxu_set(0));
   wx sum = zero;
   const float end = wx_most(count);
   for (float i = 0; i < end; i++) {
@@ -59,8 +68,17 @@ static inline wx lane_checker(const TextureMap *t, const LaneSpot *s)
   return sum / count;
 }
 
+// Which tile of a checker is seen, for one place; 0: other textures, or many tiles at once.
+static inline uint32_t texture_tile(const TextureMap *t, const SurfacePoint *s)
+{
+  if (t->kind != TEXTURE_MAP_CHECKER) return 0;
+  const TextureSpot spot = texture_spot(t, s, (Vec2){1, 1});
+  if (!(spot.length < TILE_SHARP) || !(fabsf(spot.at.x) + fabsf(spot.at.y) < 0x1p29f)) return 0;
+  return hash_combine((uint32_t)(int32_t)floorf(2 * spot.at.x), (uint32_t)(int32_t)floorf(2 * spot.at.y));
+}
+
 // Its colours; u and v, and how they change along a ray's two axes, before the texture's own map.
-static inline Wide3 lane_checker_color(const TextureMap *t, wx u, wx v, const wx du[2], const wx dv[2])
+static inline Wide3 lane_checker_color(const TextureMap *t, wx u, wx v, const wx du[2], const wx dv[2], wxu *tile)
 {
   const float (*m)[3] = t->uv_map;
   LaneSpot s = {m[0][0] * u + m[0][1] * v + m[0][2], m[1][0] * u + m[1][1] * v + m[1][2],
@@ -69,7 +87,7 @@ static inline Wide3 lane_checker_color(const TextureMap *t, wx u, wx v, const wx
     s.along[k] = m[k][0] * du[0] + m[k][1] * dv[0];
     s.across[k] = m[k][0] * du[1] + m[k][1] * dv[1];
   }
-  const wx part = lane_checker(t, &s);
+  const wx part = lane_checker(t, &s, tile);
   return w3_add(w3_scale(w3_of(v3_load(t->color_a)), 1 - part), w3_scale(w3_of(v3_load(t->color_b)), part));
 }
 

@@ -82,14 +82,6 @@ static void add_bounds(World *w)
   }
 }
 
-static bool are_few_boxes(const Prepare *p)
-{
-  enum { FEW = 4 };
-  bool are = p->boundaries.count <= FEW;
-  for (size_t i = 0; are && i < p->boundaries.count; i++) are = p->media.items[i].is_box;
-  return are;
-}
-
 static void note_blind_integrators(Prepare *p)
 {
   const int32_t integrator = p->scene->render.integrator;
@@ -112,7 +104,6 @@ bool prepare_media(Prepare *p)
     if (!w->media_accel) return false;
     w->geometry_bytes += accel_bytes(w->media_accel);
     add_bounds(w);
-    w->media_are_boxes = are_few_boxes(p);
   }
   return add_atmosphere(p);
 }

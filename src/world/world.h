@@ -36,7 +36,6 @@ typedef struct WorldMedium {
   uint32_t volume;   // index into World.volumes
   Frame medium_from_world; // into the space its density is given in
   uint32_t object_i;
-  bool is_box;       // the boundary is the unit box about its origin, and nothing but a boundary
 } WorldMedium;
 
 typedef struct World World;
@@ -57,7 +56,6 @@ struct World {
   size_t media_count;          // 0: no medium anywhere
   bool has_atmosphere;         // the last of media
   Accel *media_accel;          // over the boundaries; NULL: there are none
-  bool media_are_boxes;        // few, and boxes all: their boundaries are faster found one by one than by the tree
   LightSet lights;
   WhittedSettings whitted;     // as the scene has them
   Vec3 whitted_ambient;
@@ -85,7 +83,7 @@ World *world_prepare(const Scene *s, const World *previous, const LoadOptions *o
 World *world_share(World *w);
 void world_release(World *w); // accepts NULL
 
-// Of all meshes, pictures and grids of densities, in their order. Reads them all.
+// Of all meshes and pictures, in their order. Reads them all.
 uint64_t world_content_hash(const World *w);
 
 // A camera that shows the whole scene well, for models that bring none: from above and to the right of the front,
