@@ -13,7 +13,7 @@ static void denoise_with(const Shot *s, const PostKernels *kernels, int threads,
 {
   Err err = {0};
   Jobs *jobs = jobs_create(threads, &err);
-  CHECK_MSG(denoise_fast(&s->guided, kernels, jobs, NULL, out, &err), "%s", err.text);
+  CHECK_MSG(denoise_fast(&s->guided, kernels, NULL, jobs, NULL, out, &err), "%s", err.text);
   jobs_destroy(jobs);
 }
 
@@ -101,10 +101,10 @@ TEST(cancel_and_no_memory)
   float out[16 * 16 * 4];
   Cancel cancel = {true};
   Err err = {0};
-  CHECK(!denoise_fast(&s.guided, best(), NULL, &cancel, out, &err) && err.kind == ERR_CANCELLED);
+  CHECK(!denoise_fast(&s.guided, best(), NULL, NULL, &cancel, out, &err) && err.kind == ERR_CANCELLED);
   err = (Err){0};
   mem_fail_after(1);
-  CHECK(!denoise_fast(&s.guided, best(), NULL, NULL, out, &err) && err.kind == ERR_NO_MEMORY);
+  CHECK(!denoise_fast(&s.guided, best(), NULL, NULL, NULL, out, &err) && err.kind == ERR_NO_MEMORY);
   mem_fail_after(0);
   mem_free(s.planes);
 }

@@ -84,7 +84,7 @@ static bool run_kind(const rf_engine *e, const Guided *g, DenoiseKind kind, cons
 {
   switch (kind) {
   case DENOISE_OFF: return true;
-  case DENOISE_FAST: return denoise_fast(g, &e->hot->post, e->jobs, &e->cancel, out, err);
+  case DENOISE_FAST: return denoise_fast(g, &e->hot->post, NULL, e->jobs, &e->cancel, out, err);
   case DENOISE_GOOD:
   case DENOISE_BEST: return run_net(e, g, kind, folder, out, err);
   }

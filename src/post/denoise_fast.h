@@ -9,8 +9,16 @@
 #include "post/guided.h"
 #include "post/kernels.h"
 
-// out: rgba of the picture's size, alpha as it was. False with ERR_CANCELLED or ERR_NO_MEMORY.
-bool denoise_fast(const Guided *g, const PostKernels *kernels, Jobs *jobs, const Cancel *cancel, float *out,
-                  Err *err);
+// What is kept from one picture to the next, so that a live view asks for no memory. Begins as zero.
+typedef struct FastScratch {
+  float *planes; // owned
+  size_t room;   // floats
+} FastScratch;
+
+void fast_scratch_finish(FastScratch *s);
+
+// scratch: NULL for one picture alone. out: rgba of the picture's size, alpha as it was. False with ERR_CANCELLED or ERR_NO_MEMORY.
+bool denoise_fast(const Guided *g, const PostKernels *kernels, FastScratch *scratch, Jobs *jobs, const Cancel *cancel,
+                  float *out, Err *err);
 
 #endif

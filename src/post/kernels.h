@@ -4,6 +4,7 @@
 #ifndef RAYFOLD_POST_KERNELS_H
 #define RAYFOLD_POST_KERNELS_H
 
+#include "post/guided.h"
 #include "post/maps.h"
 
 #include <stdbool.h>
@@ -35,10 +36,22 @@ typedef struct Atrous {
   int step;
 } Atrous;
 
+// The planes of the fast denoiser (denoise_fast.h), with the passes' border. The passes go from a to b and back.
+typedef struct FastPlanes {
+  const Guided *guided;
+  float *a[4], *b[4], *normal[3], *depth, *depth_scale;
+  size_t stride, origin;
+} FastPlanes;
+
 typedef struct PostKernels {
   // Rows 2 * pair and 2 * pair + 1 (before pooling). scratch: conv_scratch() floats if it pools.
   void (*conv_rows)(const Conv *c, uint32_t pair, float *scratch);
   void (*atrous_rows)(const Atrous *a, uint32_t first, uint32_t end); // rows [first, end)
+  // Of the fast denoiser, in this order (fast_rows.h): all rows, the border, all rows, passes, all rows.
+  void (*fast_take_rows)(const FastPlanes *f, uint32_t first, uint32_t end);
+  void (*fast_extend_rows)(const FastPlanes *f);
+  void (*fast_prepare_rows)(const FastPlanes *f, uint32_t first, uint32_t end);
+  void (*fast_give_rows)(const FastPlanes *f, float *const light[3], float *out, uint32_t first, uint32_t end);
 } PostKernels;
 
 // Floats that a pooling convolution needs to keep two rows in.

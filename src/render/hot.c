@@ -7,6 +7,7 @@
 #include "accel/traverse.h"
 #include "post/atrous.h"
 #include "post/conv.h"
+#include "post/fast_rows.h"
 #include "render/tile.h"
 
 static void hot_closest_n(const Accel *accel, const PackedRay *rays, Hit *hits, size_t count)
@@ -38,4 +39,5 @@ static void hot_any_n(const Accel *accel, const PackedRay *rays, uint8_t *blocke
 
 extern const HotTable TABLE_OF(RAYFOLD_LEVEL);
 const HotTable TABLE_OF(RAYFOLD_LEVEL) = {LEVEL_NAME(RAYFOLD_LEVEL), tile_render, pixels_look_at, hot_closest_n, hot_any_n,
-                                           {conv_rows, atrous_rows}};
+                                           {conv_rows, atrous_rows, fast_take_rows, fast_extend_rows, fast_prepare_rows,
+                                            fast_give_rows}};

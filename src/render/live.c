@@ -57,6 +57,7 @@ struct Live {
   Display display;
   float *planes_of; // owned: resolved planes, 12 floats a pixel of window size
   float *clean;     // owned: 4 floats a pixel
+  FastScratch denoise;
   size_t room;      // pixels of both
   uint64_t rays;    // since the last frame shown
   double render_seconds;
@@ -96,6 +97,7 @@ void live_destroy(Live *l)
   display_finish(&l->display);
   mem_free(l->planes_of);
   mem_free(l->clean);
+  fast_scratch_finish(&l->denoise);
   mem_free(l);
 }
 
@@ -378,7 +380,7 @@ static bool show(Live *l, const Cancel *cancel, LiveFrame *out, Err *err)
   float *color = r.color;
   if (is_cleaned(v)) {
     const Guided g = {f->width, f->height, r.color, r.albedo, r.normal, r.depth, r.variance};
-    if (!denoise_fast(&g, &l->hot->post, l->jobs, cancel, l->clean, err)) return false;
+    if (!denoise_fast(&g, &l->hot->post, &l->denoise, l->jobs, cancel, l->clean, err)) return false;
     color = l->clean;
   }
   if (!blend(l, f, color, r.depth, err)) return false;
