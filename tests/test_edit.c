@@ -304,7 +304,10 @@ TEST(every_field_of_every_kind_is_set_and_got_back)
                g->nested         ? "{\"shape\":{\"kind\":\"%s\"%s}}"
                : inner->has_kind ? "{\"kind\":\"%s\"%s}"
                                  : "{}",
-               inner->kinds[k].name, has_file ? ",\"file\":\"part.json\"" : "");
+               inner->kinds[k].name,
+               !strcmp(inner->kinds[k].name, "voxels") ? ",\"size\":[4,4,4]"
+               : has_file                              ? ",\"file\":\"part.json\""
+                                                       : "");
       if (g == &group_track)
         snprintf(whole, sizeof whole,
                  "{\"path\":\"objects.ball.rotate\",\"keys\":[{\"time\":0,\"value\":[0,0,0]}]}");

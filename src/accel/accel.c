@@ -16,6 +16,7 @@ static Bounds object_bounds(const Instance *i)
   case INSTANCE_DISK: return (Bounds){v3(-a, -a, 0), v3(a, a, 0)};
   case INSTANCE_SOLID: return solid_bounds(i->solid);
   case INSTANCE_CSG: return i->csg->bounds;
+  case INSTANCE_VOXELS: return voxel_bounds(i->voxels);
   }
   unreachable();
 }

@@ -2,7 +2,7 @@
 // instances and by successive worlds; the upper level is one tree over the instances' boxes. Immutable once built.
 //
 //   Accel: top tree -> Instance (map, mask) -> MeshTree: Node8 -> Tri8 blocks, or the same made compact
-//                                           or a shape: sphere, quad, disk, solid, body of solids
+//                                           or a shape: sphere, quad, disk, solid, body of solids, voxels
 //
 // Instances without ends (planes, cylinders and cones that go on for ever) stand in a list of their own, which every ray
 // walks first: their boxes would cover every node of the tree.
@@ -16,6 +16,7 @@
 #include "base/jobs.h"
 #include "base/ray.h"
 #include "geom/csg.h"
+#include "geom/voxel_walk.h"
 
 #include <stddef.h>
 
@@ -61,17 +62,20 @@ typedef enum InstanceKind {
   INSTANCE_DISK,
   INSTANCE_SOLID,
   INSTANCE_CSG,
+  INSTANCE_VOXELS,
 } InstanceKind;
 
 // A placed shape. In object space a sphere has radius size[0] about the origin, a quad spans
 // [-size[0], size[0]] x [-size[1], size[1]] in the plane z = 0, a disk has radius size[0] there; both face +z.
-// A solid is as geom/solid.h says; a body of solids has its leaves placed in the world, and the identity for a map.
+// A solid is as geom/solid.h says; a body of solids has its leaves placed in the world, and the identity for a map. Of voxels
+// a cell is 1 wide, and the grid begins at the origin.
 typedef struct Instance {
   Frame world_from_object, object_from_world;
   MeshTree *mesh;     // of INSTANCE_MESH; shared
   union {
     const Solid *solid; // of INSTANCE_SOLID; must outlive the tree
     const Csg *csg;     // of INSTANCE_CSG; likewise
+    const VoxelBody *voxels; // of INSTANCE_VOXELS; likewise
   };
   float size[2];
   uint8_t kind;       // InstanceKind

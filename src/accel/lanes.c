@@ -79,6 +79,7 @@ static bool make_shape(const Instance *i, LaneShape *s)
   case INSTANCE_DISK: make_flat(i, LANE_DISK, 1 / i->size[0], 1 / i->size[0], s); return true;
   case INSTANCE_SOLID: return make_solid(i, s);
   case INSTANCE_MESH:
+  case INSTANCE_VOXELS:
   case INSTANCE_CSG: return false;
   }
   unreachable();

@@ -21,6 +21,7 @@ static inline SurfacePoint accel_surface(const Accel *a, const TriangleMesh *mes
     const SolidRay own = {{o[0], o[1], o[2]}, {d[0], d[1], d[2]}};
     return surface_of_solid(i->solid, &at, &own, false, ray, hit);
   }
+  case INSTANCE_VOXELS: return surface_of_voxel(i->voxels, &at, ray, hit);
   case INSTANCE_CSG: {
     const CsgLeaf *leaf = &i->csg->leaves[hit->prim / SOLID_PARTS];
     const float o[3] = {ray->o[0], ray->o[1], ray->o[2]}, d[3] = {ray->d[0], ray->d[1], ray->d[2]};
@@ -51,6 +52,7 @@ static inline void accel_footprint(const Accel *a, const TriangleMesh *mesh, con
   case INSTANCE_QUAD: footprint_of_shape(s, f, v3(2 * i->size[0], 0, 0), v3(0, 2 * i->size[1], 0)); return;
   case INSTANCE_SOLID: footprint_of_solid(s, i->solid, hit->prim, f); return;
   case INSTANCE_CSG: footprint_of_solid(s, &leaf->solid, hit->prim % SOLID_PARTS, f); return;
+  case INSTANCE_VOXELS: footprint_of_shape(s, f, voxel_face_u(hit->prim & 7), voxel_face_v(hit->prim & 7)); return;
   case INSTANCE_DISK: footprint_of_shape(s, f, v3(2 * i->size[0], 0, 0), v3(0, 2 * i->size[0], 0)); return;
   }
   unreachable();

@@ -207,6 +207,27 @@ static inline bool csg_closest(Query *q, const Visit *v)
   return csg_first(v->instance->csg, v->ray, csg_take, &taker);
 }
 
+static inline bool voxels_take(void *user, const VoxelCrossing *c)
+{
+  const CrossingTaker *taker = user;
+  Query *q = taker->query;
+  const Visit *v = taker->visit;
+  const Voxels *grid = v->instance->voxels->grid;
+  const float at = max_f(c->t, v->near);
+  Hit hit = {at, 0, 0, voxel_prim(grid, c), v->instance_i};
+  if (!(c->t > v->ray->tmin) || !is_better(&q->best, at, hit.instance, hit.prim)) return false;
+  const Vec2 uv = q->is_any ? (Vec2){0, 0} : voxel_face_uv(c, v->ray->o, v->ray->d);
+  hit.u = uv.x;
+  hit.v = uv.y;
+  return take_hit(q, v, &hit);
+}
+
+static inline bool voxels_closest(Query *q, const Visit *v)
+{
+  CrossingTaker taker = {q, v};
+  return voxel_walk(v->instance->voxels, v->ray->o, v->ray->d, v->ray->tmin, q->best.t, voxels_take, &taker);
+}
+
 // Shapes by formula: up to two crossings of spheres, quads and disks, nearest first; solids have loops of their own.
 static inline bool shape_closest(Query *q, const Visit *v)
 {
@@ -220,6 +241,7 @@ static inline bool shape_closest(Query *q, const Visit *v)
   case INSTANCE_DISK: count = disk_hit(s->size[0], v->ray, t, &u, &w); break;
   case INSTANCE_SOLID: return solid_closest(q, v);
   case INSTANCE_CSG: return csg_closest(q, v);
+  case INSTANCE_VOXELS: return voxels_closest(q, v);
   case INSTANCE_MESH: break;
   }
   for (int i = 0; i < count; i++) {

@@ -12,6 +12,7 @@
 #include "base/ray.h"
 #include "geom/solid.h"
 #include "geom/sphere.h"
+#include "geom/voxel_walk.h"
 
 // The arrays of a triangle mesh, owned by someone else. Only positions and triangles must be there.
 typedef struct TriangleMesh {
@@ -234,6 +235,63 @@ static inline SurfacePoint surface_of_solid(const Solid *solid, const Placement 
   surface_place(&s, at, p);
   s.uv[0] = s.uv[1] = solid_uv(solid, part, p);
   surface_smooth_frame(&s, frame_vector(at->world_from_object, dpdu), frame_vector(at->world_from_object, dpdv));
+  return s;
+}
+
+// Directions of growing u and v on a face of a cell; see voxel_face_uv().
+static inline Vec3 voxel_face_u(uint32_t face)
+{
+  switch (face) {
+  case 0: return v3(0, 0, 1);
+  case 1: return v3(0, 0, -1);
+  case 4: return v3(-1, 0, 0);
+  default: return v3(1, 0, 0);
+  }
+}
+
+static inline Vec3 voxel_face_v(uint32_t face)
+{
+  return face == 2 ? v3(0, 0, 1) : face == 3 ? v3(0, 0, -1) : v3(0, 1, 0);
+}
+
+// Brings the place on the face to where it surely is on it: the plane is a whole number, and to the sides the hit's u and v
+// say where in its cell it is. Kept off the cell's edges by `edge`, so that the next ray does not begin in a neighbour.
+static inline void voxel_place(const Hit *hit, float edge, double p[3])
+{
+  const uint32_t face = hit->prim & 7, axis = face >> 1;
+  const Vec3 along[2] = {voxel_face_u(face), voxel_face_v(face)};
+  const float uv[2] = {clamp_f(hit->u, edge, 1 - edge), clamp_f(hit->v, edge, 1 - edge)};
+  p[axis] = floor(p[axis] + 0.5);
+  for (int i = 0; i < 2; i++) {
+    int k = 0;
+    while (along[i][k] == 0) k++;
+    const float raw = i ? hit->v : hit->u;
+    const double was = along[i][k] > 0 ? (double)raw : 1 - (double)raw;
+    const double now = along[i][k] > 0 ? (double)uv[i] : 1 - (double)uv[i];
+    p[k] = floor(p[k] - was + 0.5) + now;
+  }
+}
+
+static inline SurfacePoint surface_of_voxel(const VoxelBody *body, const Placement *at, const Ray *ray, const Hit *hit)
+{
+  const uint32_t face = hit->prim & 7, axis = face >> 1, entry = hit->prim >> 3;
+  const Vec3 o = frame_point(at->object_from_world, ray->o), d = frame_vector(at->object_from_world, ray->d);
+  double p[3];
+  for (int k = 0; k < 3; k++) p[k] = (double)o[k] + (double)hit->t * (double)d[k];
+  Vec3 n = v3_all(0);
+  n[axis] = face & 1 ? 1 : -1;
+  SurfacePoint s = surface_begin(ray, hit, v3_normalize(frame_normal(at->object_from_world, n)));
+  voxel_place(hit, 0, p);
+  surface_place(&s, at, p);
+  // The rounding of places, in cells.
+  const float edge = min_f(2 * s.error * v3_length(frame_vector(at->object_from_world, s.ng)), 0.25f);
+  voxel_place(hit, edge, p);
+  surface_place(&s, at, p);
+  s.uv[0] = s.uv[1] = (Vec2){hit->u, hit->v};
+  const VoxelEntry *e = &body->grid->palette->entries[entry < body->grid->palette->entry_count ? entry : 0];
+  for (int k = 0; k < 3; k++) s.color[k] = e->color[k];
+  surface_smooth_frame(&s, frame_vector(at->world_from_object, voxel_face_u(face)),
+                       frame_vector(at->world_from_object, voxel_face_v(face)));
   return s;
 }
 

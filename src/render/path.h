@@ -124,8 +124,7 @@ static inline void path_add_emission(Path *p, const SurfaceMaterial *m, const Su
   const World *w = p->pass->world;
   const Vec3 emitted = material_emission(m, w->textures, s);
   if (v3_is_zero(emitted)) return;
-  const int32_t *emitters = w->instances[s->instance].emitters;
-  const int32_t emitter = m->is_light && emitters ? emitters[s->prim] : -1;
+  const int32_t emitter = m->is_light ? world_emitter(w, s) : -1;
   float weight = 1;
   if (emitter >= 0) {
     const float pdf =

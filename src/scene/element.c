@@ -6,6 +6,7 @@
 #include "base/mem.h"
 #include "scene/mesh_json.h"
 #include "scene/track.h"
+#include "scene/voxels_json.h"
 
 #include <limits.h>
 #include <stdio.h>
@@ -56,6 +57,7 @@ static bool fail_unknown(const ElementReader *r, const Group *g, const void *out
   if (group_is_listed(g)) add_candidate(&c, "name");
   if (g->nested) add_candidate(&c, g->nested->name);
   for (int i = 0; g == &group_shape && i < MESH_KEY_COUNT; i++) add_candidate(&c, mesh_keys[i].name);
+  for (int i = 0; g == &group_shape && i < VOXEL_KEY_COUNT; i++) add_candidate(&c, voxel_keys[i].name);
   char hint[120];
   Text message = {0};
   text_add(&message, "\"%.60s\" is not a field of ", key);
@@ -138,6 +140,7 @@ static bool read_member(const ElementReader *r, const Group *g, const Json *dict
 {
   void *at;
   const bool is_mesh = g == &group_shape && ((Shape *)out)->kind == SHAPE_MESH;
+  const bool is_voxels = g == &group_shape && ((Shape *)out)->kind == SHAPE_VOXELS;
   if (g->has_kind && !strcmp(m.key, "kind")) return true;
   if (group_is_listed(g) && !strcmp(m.key, "name"))
     return read_name(r, dict, m.value, group_name(g, out));
@@ -145,6 +148,7 @@ static bool read_member(const ElementReader *r, const Group *g, const Json *dict
     return element_read(r, g->nested, m.value, (ElementPlace){dict, m.key, 0}, group_nested(g, out));
   if (is_mesh && r->is_edit && !strcmp(m.key, element_mesh_key)) return read_mesh_reference(r, dict, m, out);
   if (is_mesh && mesh_json_is_key(m.key)) return true; // all together, afterwards
+  if (is_voxels && voxels_json_is_key(m.key)) return true;
   const Field *f = group_find_field(g, out, m.key, &at);
   return f ? read_field(r, f, dict, m, at) : fail_unknown(r, g, out, dict, m.key);
 }
@@ -232,7 +236,9 @@ bool element_read(const ElementReader *r, const Group *g, const Json *dict, Elem
     return js_get(dict, field ? field : "") ? js_fail(r->doc, dict, field, 0, false, r->err, "%s", wrong.text)
                                             : fail_here(r, place, wrong.text);
   if (g == &group_track) return bind_track(r, dict, place, out);
-  return load_model(r, dict, g, out);
+  if (!load_model(r, dict, g, out)) return false;
+  const bool is_voxels = g == &group_shape && ((Shape *)out)->kind == SHAPE_VOXELS;
+  return !is_voxels || voxels_json_read(r, dict, place, out);
 }
 
 // --- models ---------------------------------------------------------------------------------------
@@ -325,5 +331,6 @@ void element_write(const Scene *s, const Group *g, const void *element, bool as_
   }
   write_fields(s, g, element, out, is_finite);
   if (g == &group_shape) write_mesh(s, element, mesh_limit, out, is_finite);
+  if (g == &group_shape) voxels_json_write(s, element, out);
   text_add(out, "}");
 }

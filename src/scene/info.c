@@ -1,5 +1,6 @@
 // See pages.h: what `rayfold info` says. Models are counted as often as objects show them, and stored once.
 
+#include "image/voxels.h"
 #include "scene/kinds.h"
 #include "scene/pages.h"
 #include "scene/rig.h"
@@ -55,6 +56,16 @@ static Box mesh_box(const MeshData *m)
   return b;
 }
 
+static Box voxels_box(const Scene *s, const Shape *shape)
+{
+  const Voxels *v = shape->voxels_i >= 0 ? s->voxels.items[shape->voxels_i].data : NULL;
+  const Vec3 from = voxels_origin(&shape->voxels, v);
+  if (!v || v->lo[0] >= v->hi[0]) return nothing;
+  const float a = shape->voxels.voxel_size;
+  return (Box){from + a * v3((float)v->lo[0], (float)v->lo[1], (float)v->lo[2]),
+               from + a * v3((float)v->hi[0], (float)v->hi[1], (float)v->hi[2])};
+}
+
 static Box shape_box(const Scene *s, const Shape *shape, Count *count)
 {
   if (shape->kind != SHAPE_MESH) count->shapes++;
@@ -81,6 +92,7 @@ static Box shape_box(const Scene *s, const Shape *shape, Count *count)
     const float outer = shape->torus.radius + shape->torus.tube_radius;
     return half_box(outer, shape->torus.tube_radius, outer);
   }
+  case SHAPE_VOXELS: return voxels_box(s, shape);
   case SHAPE_PLANE:
   case SHAPE_ENDLESS_CONE: // have no ends
   case SHAPE_CSG: return nothing; // its parts are measured, those cut away, too

@@ -141,6 +141,42 @@ static const Field shape_torus_fields[] = {SHAPE_TORUS_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER ShapeCsg
 static const Field shape_csg_fields[] = {SHAPE_CSG_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER ShapeVoxels
+static const Field shape_voxels_fields[] = {SHAPE_VOXELS_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER VoxelFields
+static const Field voxel_fields[] = {VOXEL_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER VoxelStepFields
+static const Field voxel_step_fields[] = {VOXEL_STEP_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER VoxelBox
+static const Field voxel_box_fields[] = {VOXEL_BOX_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER VoxelSphere
+static const Field voxel_sphere_fields[] = {VOXEL_SPHERE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER VoxelStroke
+static const Field voxel_line_fields[] = {VOXEL_LINE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER VoxelCylinder
+static const Field voxel_cylinder_fields[] = {VOXEL_CYLINDER_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER VoxelHills
+static const Field voxel_hills_fields[] = {VOXEL_HILLS_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER VoxelHeights
+static const Field voxel_heights_fields[] = {VOXEL_HEIGHTS_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER VoxelFlood
+static const Field voxel_flood_fields[] = {VOXEL_FLOOD_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER VoxelExtrude
+static const Field voxel_extrude_fields[] = {VOXEL_EXTRUDE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER VoxelReplace
+static const Field voxel_replace_fields[] = {VOXEL_REPLACE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER LightPoint
 static const Field light_point_fields[] = {LIGHT_POINT_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -223,6 +259,19 @@ static const Kind shape_kinds[] = {
     KIND("endless_cone", shape_endless_cone_fields, "A cone that goes on for ever."),
     KIND("torus", shape_torus_fields, "A ring."),
     KIND("csg", shape_csg_fields, "A body made of others: objects that name this one in part_of, in their order."),
+    KIND("voxels", shape_voxels_fields, "A grid of small cubes, from a file or built by a program. See docs/voxels.md."),
+};
+static const Kind voxel_kinds[] = {KIND("voxel", voxel_fields, "")};
+static const Kind voxel_step_kinds[] = {
+    KIND("box", voxel_box_fields, "A box."),
+    KIND("sphere", voxel_sphere_fields, "A ball."),
+    KIND("line", voxel_line_fields, "A round line."),
+    KIND("cylinder", voxel_cylinder_fields, "An upright cylinder, or what is left of a cone."),
+    KIND("hills", voxel_hills_fields, "Hills of noise."),
+    KIND("heights", voxel_heights_fields, "A land whose heights are a picture's."),
+    KIND("flood", voxel_flood_fields, "Cells that hang together."),
+    KIND("extrude", voxel_extrude_fields, "A face drawn out or pushed in; what comes out is of its own entry unless `voxel` says otherwise."),
+    KIND("replace", voxel_replace_fields, "All cells of one entry, or all that are filled."),
 };
 static const Kind light_kinds[] = {
     KIND("point", light_point_fields, "A point that shines in all directions."),
@@ -278,6 +327,12 @@ const Group group_track = {"animation", "track", sizeof(Track), .has_name = true
                            ONE_KIND(track_kinds), .union_offset = offsetof(Track, fields),
                            .sentence = "A list of tracks: what moves, and how."};
 
+const Group group_voxel = {"palette", "voxel", sizeof(VoxelFields), .common_offset = 0, ONE_KIND(voxel_kinds),
+                           .sentence = "Kinds of voxels, by name."};
+const Group group_voxel_step = {"fill", "step", sizeof(VoxelStep),
+                                FIELDS(voxel_step_fields, common, VoxelStep), KINDS(voxel_step_kinds, box, VoxelStep),
+                                .sentence = "Steps that fill the grid, one after the other."};
+
 _Static_assert(!offsetof(Camera, name) && !offsetof(Texture, name) && !offsetof(Material, name) &&
                    !offsetof(Medium, name) &&
                    !offsetof(Object, name) && !offsetof(Light, name) &&
@@ -292,7 +347,7 @@ void group_default(const Group *g, int32_t kind, void *object)
   const Kind *k = &g->kinds[g->has_kind ? kind : 0];
   if (k->field_count) fields_default(k->fields, k->field_count, (char *)object + g->union_offset);
   if (g->nested) group_default(g->nested, 0, group_nested(g, object));
-  if (g == &group_shape) ((Shape *)object)->mesh_i = ((Shape *)object)->model_i = -1;
+  if (g == &group_shape) ((Shape *)object)->mesh_i = ((Shape *)object)->model_i = ((Shape *)object)->voxels_i = -1;
 }
 
 const Field *group_field_at(const Group *g, const void *object, size_t i, void **at)

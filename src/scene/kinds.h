@@ -36,7 +36,8 @@ struct Group {
 };
 
 extern const Group group_render, group_whitted, group_develop, group_camera, group_cameras, group_sky, group_texture,
-    group_material, group_medium, group_object, group_shape, group_light, group_timeline, group_track;
+    group_material, group_medium, group_object, group_shape, group_light, group_timeline, group_track,
+    group_voxel, group_voxel_step;
 
 // Sets kind and all fields to their defaults, the nested group to its kind 0; everything else in the struct is
 // cleared, and indices of bulk data are -1.

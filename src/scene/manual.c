@@ -4,6 +4,7 @@
 #include "scene/json.h"
 #include "scene/keys.h"
 #include "scene/mesh_json.h"
+#include "scene/voxels_json.h"
 #include "scene/pages.h"
 #include "scene/value.h"
 
@@ -173,6 +174,13 @@ static void put_mesh_keys(Text *out)
   text_add(out, "\nEach is a flat list, or a list of small lists.\n\n");
 }
 
+static void put_voxel_keys(Text *out)
+{
+  text_add(out, "With a file, or instead of one:\n\n| key | |\n|---|---|\n");
+  for (int i = 0; i < VOXEL_KEY_COUNT; i++) text_add(out, "| `%s` | %s |\n", voxel_keys[i].name, voxel_keys[i].sentence);
+  text_add(out, "\nWhat stands in them is told under [palette](#palette) and [fill](#fill).\n\n");
+}
+
 static void put_key_members(Text *out)
 {
   text_add(out, "A key is a dictionary:\n\n| member | |\n|---|---|\n");
@@ -190,6 +198,7 @@ static void put_kind(Text *out, const Group *g, int32_t kind, void *object)
              g->kind_optional && !kind ? " (the default kind)" : "", k->sentence);
   put_fields(out, g, object, g->common_count, g->common_count + k->field_count);
   if (g == &group_shape && kind == SHAPE_MESH) put_mesh_keys(out);
+  if (g == &group_shape && kind == SHAPE_VOXELS) put_voxel_keys(out);
   if (g == &group_track) put_key_members(out);
 }
 
@@ -213,6 +222,9 @@ static bool put_group(Text *out, const Group *g, const char *form)
   put_fields(out, g, object, 0, g->common_count);
   for (size_t k = 0; k < g->kind_count; k++) put_kind(out, g, (int32_t)k, object);
   mem_free(object);
+  if (g == &group_shape)
+    return put_group(out, &group_voxel, "A dictionary of shapes of kind `voxels`: each key is a name.") &&
+           put_group(out, &group_voxel_step, "A list of shapes of kind `voxels`; edits of voxels are such steps, too.");
   return !g->nested || put_group(out, g->nested, "One dictionary, required in each object.");
 }
 

@@ -4,6 +4,7 @@
 
 #include "base/mem.h"
 #include "base/text.h"
+#include "image/voxels.h"
 #include "scene/kinds.h"
 #include "scene/rig.h"
 
@@ -164,6 +165,8 @@ void scene_destroy(Scene *s)
   array_finish(&s->materials);
   array_finish(&s->media);
   array_finish(&s->meshes);
+  for (size_t i = 0; i < s->voxels.count; i++) voxels_release(s->voxels.items[i].data);
+  array_finish(&s->voxels);
   array_finish(&s->models);
   array_finish(&s->objects);
   array_finish(&s->lights);
@@ -255,6 +258,22 @@ int32_t scene_add_mesh(Scene *s, const char *name, MeshData *data)
     return -1;
   }
   return (int32_t)s->meshes.count - 1;
+}
+
+int32_t scene_add_voxels(Scene *s, const SceneVoxels *v)
+{
+  if (is_full(s->voxels.count) || !array_push(&s->voxels, *v)) {
+    voxels_release(v->data);
+    return -1;
+  }
+  return (int32_t)s->voxels.count - 1;
+}
+
+Vec3 voxels_origin(const ShapeVoxels *shape, const Voxels *v)
+{
+  if (!v || shape->origin == VOXELS_CORNER) return v3_all(0);
+  const Vec3 half = shape->voxel_size / 2 * v3((float)v->size[0], (float)v->size[1], (float)v->size[2]);
+  return shape->origin == VOXELS_CENTER ? -half : -v3(half[0], 0, half[2]);
 }
 
 static bool is_given(const float matrix[12])

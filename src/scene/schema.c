@@ -6,6 +6,7 @@
 #include "scene/json.h"
 #include "scene/keys.h"
 #include "scene/mesh_json.h"
+#include "scene/voxels_json.h"
 #include "scene/pages.h"
 #include "scene/value.h"
 
@@ -164,6 +165,16 @@ static void put_mesh_keys(Text *out)
   }
 }
 
+static void put_voxel_keys(Text *out)
+{
+  for (int i = 0; i < VOXEL_KEY_COUNT; i++) {
+    const VoxelKey *k = &voxel_keys[i];
+    text_add(out, ",\"%s\":{\"type\":\"%s\",%s", k->name, k->type, k->schema);
+    put_member(out, "description", k->sentence);
+    text_add(out, "}");
+  }
+}
+
 static void put_required(Text *out, const Group *g, const Kind *k, bool is_mesh)
 {
   const char *comma = "";
@@ -171,7 +182,7 @@ static void put_required(Text *out, const Group *g, const Kind *k, bool is_mesh)
   if (g->has_kind && !(g->kind_optional && k == g->kinds)) text_add(out, "\"kind\""), comma = ",";
   if (g->nested) text_add(out, "%s\"%s\"", comma, g->nested->name), comma = ",";
   for (size_t i = 0; i < k->field_count; i++)
-    if (field_is_required(&k->fields[i]) && !is_mesh && g != &group_light)
+    if (field_is_required(&k->fields[i]) && !is_mesh && g != &group_light && g != &group_shape)
       text_add(out, "%s\"%s\"", comma, k->fields[i].name), comma = ",";
   text_add(out, "]");
   if (!is_mesh) return;
@@ -205,6 +216,7 @@ static void put_kind(Text *out, const Group *g, int32_t kind, void *object)
     put_field(out, f, at);
   }
   if (is_mesh) put_mesh_keys(out);
+  if (g == &group_shape && kind == SHAPE_VOXELS) put_voxel_keys(out);
   text_add(out, "}");
   put_required(out, g, k, is_mesh);
   text_add(out, ",\"additionalProperties\":false}");
@@ -233,6 +245,7 @@ static bool put_groups(Text *out)
     const Group *g = scene_sections[i].group;
     ok = put_group(out, g) && (!g->nested || put_group(out, g->nested));
   }
+  ok = ok && put_group(out, &group_voxel) && put_group(out, &group_voxel_step);
   text_add(out, "}");
   return ok;
 }

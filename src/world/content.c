@@ -36,5 +36,6 @@ uint64_t world_content_hash(const World *w)
   uint64_t h = 0;
   for (size_t i = 0; i < p->meshes.count; i++) h = mesh_hash(h, p->meshes.items[i].data);
   for (size_t i = 0; i < p->images.count; i++) h = image_part_hash(h, &p->images.items[i]->image);
+  for (size_t i = 0; i < p->voxels.count; i++) h = voxels_hash(h, p->voxels.items[i]);
   return h;
 }

@@ -58,6 +58,7 @@ bool prepare_solid(const Shape *s, Solid *out, Frame *moved)
   case SHAPE_MESH:
   case SHAPE_QUAD:
   case SHAPE_DISK:
+  case SHAPE_VOXELS:
   case SHAPE_CSG: return false;
   }
   unreachable();

@@ -252,6 +252,7 @@ static Emitter shape_emitter(Prepare *p, const Instance *i, const SurfaceMateria
   case INSTANCE_CSG:
     note_once(&p->world->notes, "a shining csg is not aimed at, which costs noise; use a mesh");
     break;
+  case INSTANCE_VOXELS: break; // has many
   case INSTANCE_DISK:
     e.kind = EMITTER_DISK;
     e.p = f->p;
@@ -340,6 +341,10 @@ bool prepare_emitters(Prepare *p)
     for (uint32_t s = 0; s < w->slot_count; s++) shines |= is_aimable(p, &p->materials.items[w->materials[s]]);
     if (!shines) continue;
     const int32_t part = p->mesh_parts.items[i];
+    if (p->instances.items[i].kind == INSTANCE_VOXELS) {
+      if (!prepare_voxel_emitters(p, i)) return false;
+      continue;
+    }
     if (part >= 0 ? !mesh_emitters(p, i, p->parts->meshes.items[part].data) : !shape_emitters(p, i)) return false;
   }
   return true;

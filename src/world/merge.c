@@ -68,7 +68,8 @@ static Size shape_size(const World *w, size_t i, const MeshData *mesh)
   case INSTANCE_QUAD: return (Size){4, 2};
   case INSTANCE_DISK: return (Size){AROUND + 1, AROUND};
   case INSTANCE_SOLID: return solid_size(accel_instances(w->accel)[i].solid);
-  case INSTANCE_CSG: return (Size){0};
+  case INSTANCE_CSG:
+  case INSTANCE_VOXELS: return (Size){0};
   }
   unreachable();
 }
@@ -240,7 +241,7 @@ static void put_solid(Merging *m, const Solid *s)
 // Without ends, or known only as an expression.
 static bool is_unmeshable(const Instance *i)
 {
-  if (i->kind == INSTANCE_CSG) return true;
+  if (i->kind == INSTANCE_CSG || i->kind == INSTANCE_VOXELS) return true;
   return i->kind == INSTANCE_SOLID &&
          (i->solid->kind == SOLID_PLANE || !(i->solid->high - i->solid->low < INFINITY));
 }
@@ -255,7 +256,8 @@ static bool put_instance(Merging *m, const World *w, size_t i, const MeshData *m
   case INSTANCE_QUAD: put_quad(m, m->instance->size[0], m->instance->size[1]); return true;
   case INSTANCE_DISK: put_disk(m, m->instance->size[0]); return true;
   case INSTANCE_SOLID: put_solid(m, m->instance->solid); return true;
-  case INSTANCE_CSG: return true;
+  case INSTANCE_CSG:
+  case INSTANCE_VOXELS: return true;
   }
   unreachable();
 }
@@ -298,7 +300,7 @@ MeshData *world_merge(const World *w, Err *err)
 {
   for (size_t i = 0; i < w->instance_count; i++)
     if (is_unmeshable(&accel_instances(w->accel)[i]))
-      return err_set(err, ERR_BAD_SCENE, "planes, other shapes without ends, and csg cannot be written as triangles; take them out first"), NULL;
+      return err_set(err, ERR_BAD_SCENE, "planes, other shapes without ends, csg and voxels cannot be written as triangles; take them out first"), NULL;
   const MeshData **meshes = w->instance_count ? list_meshes(w) : NULL;
   if (w->instance_count && !meshes) return err_memory(err, "the merged mesh", 8 * w->instance_count), NULL;
   const Size size = whole_size(w, meshes);

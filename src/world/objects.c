@@ -193,6 +193,7 @@ static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t m
     const CsgPlace whole = {level->source, level->frame, level->material};
     return prepare_csg(p, &whole, (int32_t)level->next - 1, i, &at.surface);
   }
+  case SHAPE_VOXELS: return prepare_voxels(p, level->source, o, material, i, &at.surface);
   case SHAPE_BOX: {
     MeshData *box = unit_box(p);
     if (!box) return prepare_failed_memory(p);

@@ -31,6 +31,8 @@ void parts_finish(WorldParts *p)
   array_finish(&p->meshes);
   for (size_t i = 0; i < p->densities.count; i++) density_part_release(p->densities.items[i]);
   array_finish(&p->densities);
+  for (size_t i = 0; i < p->voxels.count; i++) voxels_release(p->voxels.items[i]);
+  array_finish(&p->voxels);
   array_finish(&p->images);
   array_finish(&p->seen);
   table_finish(&p->meshes_found);

@@ -60,6 +60,7 @@ typedef struct WorldParts { // what a World's parts member points to
   ARRAY(MeshPart) meshes;
   ARRAY(ImagePart *) images;
   ARRAY(DensityPart *) densities;
+  ARRAY(struct Voxels *) voxels; // shared; each once
   ARRAY(SeenBytes) seen;
   ARRAY(MipsPart *) mips;
   Table meshes_found; // address of the data's origin -> mesh

@@ -86,6 +86,7 @@ static bool build_accel(Prepare *p)
                           (m->texcoords[1] ? 8u : 0u) + (m->colors ? 16u : 0u) + (m->tangents ? 16u : 0u)) *
                              m->vertex_count;
   }
+  for (size_t i = 0; i < p->parts->voxels.count; i++) w->geometry_bytes += voxels_bytes(p->parts->voxels.items[i]);
   w->geometry_bytes += w->tree_bytes;
   return true;
 }

@@ -78,6 +78,10 @@ bool prepare_csg(Prepare *p, const CsgPlace *place, int32_t object_i, Instance *
 // The shape as a solid, and the map it is to be moved by first; false for shapes that are none.
 bool prepare_solid(const Shape *s, Solid *out, Frame *moved);
 
+// The voxels of a shape as one more instance; material: an override, -1: none.
+bool prepare_voxels(Prepare *p, const Source *source, const Object *o, int32_t material, Instance *instance, WorldInstance *shading);
+bool prepare_voxel_emitters(Prepare *p, size_t index); // of an instance of voxels
+
 // Media of one source, appended in order; places they fill; the tree of those, and the atmosphere.
 bool prepare_volumes(Prepare *p, Source *source);
 bool prepare_add_medium(Prepare *p, const Instance *boundary, const WorldMedium *medium, int32_t mesh_part);

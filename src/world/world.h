@@ -8,6 +8,7 @@
 #include "accel/accel.h"
 #include "accel/lanes.h"
 #include "base/arena.h"
+#include "base/hash.h"
 #include "base/jobs.h"
 #include "base/notes.h"
 #include "geom/surface.h"
@@ -17,13 +18,27 @@
 #include "shade/texture.h"
 #include "shade/volume.h"
 
+// Which emitter a face of a shining voxel is part of: open addressing by voxel_light_key().
+typedef struct VoxelLights {
+  const uint64_t *keys;    // 0: a free place
+  const int32_t *emitters;
+  uint32_t mask;           // capacity - 1, a power of two less one
+} VoxelLights;
+
+static inline uint64_t voxel_light_key(uint32_t face, int32_t x, int32_t y, int32_t z)
+{
+  return 1 + (face | (uint64_t)x << 3 | (uint64_t)y << 16 | (uint64_t)z << 29);
+}
+
 // The shading side of an instance; same index as its accel Instance.
 typedef struct WorldInstance {
   TriangleMesh mesh;           // arrays of the shared MeshData; all NULL for shapes
   const uint16_t *slots;       // one a triangle; NULL: slot 0
   const uint32_t *materials;   // slot -> index into World.materials
   uint32_t slot_count;         // at least 1
+  uint8_t prim_shift;          // a hit's primitive >> this is what slots are by: 3 of voxels, whose primitives are faces, too
   const int32_t *emitters;     // one a triangle (or one, for a shape): index of its emitter, -1; NULL: none shine
+  const VoxelLights *voxel_lights; // of voxels: where those that shine have their emitters; NULL: none shine
   bool is_background;          // by its role
   uint32_t object_i;           // which object of the main scene it came from, for picking and ids
   uint32_t medium;             // what fills it: 1 + index into World.media; 0: nothing
@@ -71,9 +86,30 @@ struct World {
 static inline uint32_t world_material(const World *w, const Hit *hit)
 {
   const WorldInstance *i = &w->instances[hit->instance];
-  uint32_t slot = i->slots ? i->slots[hit->prim] : 0;
+  uint32_t slot = i->slots ? i->slots[hit->prim >> i->prim_shift] : 0;
   if (slot >= i->slot_count) slot = 0;
   return i->materials[slot];
+}
+
+static inline int32_t voxel_light_find(const VoxelLights *l, uint64_t key)
+{
+  for (uint32_t i = (uint32_t)hash_u64(key) & l->mask; l->keys[i]; i = (i + 1) & l->mask)
+    if (l->keys[i] == key) return l->emitters[i];
+  return -1;
+}
+
+// The emitter of a place that shines; -1: none, nobody aims at it.
+static inline int32_t world_emitter(const World *w, const SurfacePoint *s)
+{
+  const WorldInstance *i = &w->instances[s->instance];
+  if (i->emitters) return i->emitters[s->prim];
+  if (!i->voxel_lights) return -1;
+  const Vec3 p = frame_point(&accel_instances(w->accel)[s->instance].object_from_world, s->p);
+  const uint32_t face = s->prim & 7;
+  int32_t c[3];
+  for (int k = 0; k < 3; k++)
+    c[k] = (int32_t)((uint32_t)k == face >> 1 ? floorf(p[k] + 0.5f) - (float)(face & 1) : floorf(p[k]));
+  return voxel_light_find(i->voxel_lights, voxel_light_key(face, c[0], c[1], c[2]));
 }
 
 // Makes the scene ready. previous may be NULL. Reads and decodes the pictures it names (options says from where;
