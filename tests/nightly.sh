@@ -39,6 +39,7 @@ long P3-P7 'BSDFs: chi-square, energy, reciprocity' test_bsdf
 long P4 'samplers are uniform and stratified' test_sampler
 long P4 'lights: chi-square, irradiance' test_light
 long G1 'no ray slips through edges and corners' test_holes
+long P12-P15 'estimators agree, errors fall and are told' test_estimators
 long noise 'stopping early bends no mean (0.3 %)' test_noise
 long R1 'killed while writing: old or new film whole' test_film_file
 long D,R7 'one hash; cancel within its time; in the library' test_threads
@@ -112,6 +113,6 @@ rc=$?
 tell R3 'standard output is full: said, not swallowed' "code $rc" "$([ $rc -eq 73 ] && echo yes)"
 
 echo
-echo "Shown by ./test.sh alone: P6, P9-P11, P16, G2-G5, G8, D4, D6, R4, R10, L. Not shown anywhere yet: P2 whole, P12-P15, G6,"
+echo "Shown by ./test.sh alone: P6, P9-P11, P16, G2-G5, G8, D4, D6, R4, R10, L. Not shown anywhere yet: P2 whole, P15's upper side, G6,"
 echo "G7, G9, D5, R5, R6, R8, R9, M2, M3, M5, S."
 [ $missed -eq 0 ]
