@@ -1,9 +1,10 @@
 // How long do frames of moving scenes take, and how far are pictures by blocks from whole ones? Not a test: a tool to run
 // by hand, or by bench/realtime.sh.
 //
-//   tool_frames [-t THREADS] [-i ISA] [-s WxH] [-b BLOCK] [-n FRAMES] [-r REPEATS] [-o BLOCKS.ppm] SCENE.json...
+//   tool_frames [-t THREADS] [-i ISA] [-s WxH] [-b BLOCK] [-n FRAMES] [-r REPEATS] [-k STEP]
+//               [-o BLOCKS.ppm] SCENE.json...
 //
-// -o: also the view of blocks of the last scene's first frame.
+// -k: pixels so many times as wide, 1, 2, 4 or 8, which go without blocks. -o: also the view of blocks of the last scene's first frame.
 //
 // Each scene moves for three times FRAMES sixtieths of a second, from 0, 10 and 20 s on: the intro's two as they do there
 // (by the names of their objects), others under an eye that goes around. One line a scene:
@@ -24,7 +25,7 @@
 #include <unistd.h>
 
 typedef struct Options {
-  int threads, width, height, block, frames, repeats;
+  int threads, width, height, block, frames, repeats, step;
   const char *isa, *blocks;
 } Options;
 
@@ -122,7 +123,7 @@ static Frame frame_of(Bench *b, const Options *o, int which, double t)
 {
   Frame f = {.wall = 1e9, .user = 1e9};
   pose(b, which, t);
-  b->view.step = 1;
+  b->view.step = o->step;
   b->view.blocks = which ? o->block : 0;
   for (int i = 0; i <= o->repeats; i++) {
     b->view.eye.focus = 1 + (float)i; // of a pinhole: changes nothing but is a change
@@ -250,11 +251,12 @@ static void run(const Options *o, const char *path)
 
 int main(int argc, char **argv)
 {
-  Options o = {.threads = 2, .width = 800, .height = 600, .block = 8, .frames = 32, .repeats = 3, .isa = "auto"};
-  for (int c; (c = getopt(argc, argv, "t:i:s:b:n:r:o:")) != -1;) {
+  Options o = {.threads = 2, .width = 800, .height = 600, .block = 8, .frames = 32, .repeats = 3, .step = 1, .isa = "auto"};
+  for (int c; (c = getopt(argc, argv, "t:i:s:b:n:r:o:k:")) != -1;) {
     switch (c) {
     case 't': o.threads = atoi(optarg); break;
     case 'i': o.isa = optarg; break;
+    case 'k': o.step = atoi(optarg); break;
     case 'o': o.blocks = optarg; break;
     case 'b': o.block = atoi(optarg); break;
     case 'n': o.frames = atoi(optarg); break;

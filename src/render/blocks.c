@@ -13,29 +13,32 @@ enum { ROOTS = 1024 };
 
 struct Blocks {
   Jobs *jobs;
+  const HotTable *hot;
   Subsampler *sampler;  // owned
   WorkerState *workers; // owned, one a thread
+  char *scratch;        // owned, look_bytes of each
   Film size;            // holds nothing but how large the picture is
   float codes[ROOTS + 1];
 
   // of the run
   RenderPass pass;
   const Tone *tone;
-  const HotTable *hot;
 };
 
-Blocks *blocks_create(uint32_t width, uint32_t height, Jobs *jobs, Err *err)
+Blocks *blocks_create(uint32_t width, uint32_t height, Jobs *jobs, const HotTable *hot, Err *err)
 {
   Blocks *b = mem_zero(1, sizeof *b);
   if (!b) return err_memory(err, "a picture by blocks", sizeof *b), NULL;
   b->jobs = jobs;
+  b->hot = hot;
   b->size.width = width;
   b->size.height = height;
   for (int i = 0; i <= ROOTS; i++) b->codes[i] = srgb_encode(sqr_f((float)i / ROOTS));
   b->workers = mem_zero((size_t)jobs_thread_count(jobs), sizeof *b->workers);
+  b->scratch = mem_alloc((size_t)jobs_thread_count(jobs), hot->look_bytes);
   b->sampler = subsampler_create((int)width, (int)height, err);
-  if (b->workers && b->sampler) return b;
-  if (!b->workers) err_memory(err, "a picture by blocks", sizeof *b->workers);
+  if (b->workers && b->scratch && b->sampler) return b;
+  if (b->sampler) err_memory(err, "a picture by blocks", sizeof *b->workers);
   blocks_destroy(b);
   return NULL;
 }
@@ -45,6 +48,7 @@ void blocks_destroy(Blocks *b)
   if (!b) return;
   subsampler_destroy(b->sampler);
   mem_free(b->workers);
+  mem_free(b->scratch);
   mem_free(b);
 }
 
@@ -60,7 +64,8 @@ static void trace(void *user, const SubsamplePixel *pixels, size_t count, Subsam
   Blocks *b = user;
   HotLook looks[SUBSAMPLE_PACKET];
   float rgba[SUBSAMPLE_PACKET][4];
-  b->hot->look_at(&b->pass, pixels, count, looks, &b->workers[worker]);
+  b->hot->look_at(&b->pass, pixels, count, looks, &b->workers[worker],
+                  b->scratch + (size_t)worker * b->hot->look_bytes);
   for (size_t i = 0; i < count; i++) memcpy(rgba[i], &looks[i].radiance, sizeof rgba[i]);
   tone_pixels(b->tone, rgba[0], count, NULL);
   for (size_t i = 0; i < count; i++)
@@ -69,7 +74,7 @@ static void trace(void *user, const SubsamplePixel *pixels, size_t count, Subsam
 }
 
 bool blocks_render(Blocks *b, const RenderPass *pass, const SubsampleSettings *settings, const Tone *tone,
-                   const HotTable *hot, const Cancel *cancel, uint32_t *pixels, uint32_t *objects, SubsampleStats *stats,
+                   const Cancel *cancel, uint32_t *pixels, uint32_t *objects, SubsampleStats *stats,
                    RayCounters *rays, Err *err)
 {
   const size_t workers = (size_t)jobs_thread_count(b->jobs);
@@ -78,8 +83,8 @@ bool blocks_render(Blocks *b, const RenderPass *pass, const SubsampleSettings *s
   b->pass = *pass;
   b->pass.film = &b->size;
   b->tone = tone;
-  b->hot = hot;
   memset(b->workers, 0, workers * sizeof *b->workers);
+  for (size_t i = 0; i < workers; i++) memset(b->scratch + i * b->hot->look_bytes, 0, sizeof(void *));
   const bool ok = subsampler_run(b->sampler, &own, trace, b, b->jobs, cancel, (uint8_t *)pixels, objects, stats);
   *rays = (RayCounters){0};
   for (size_t i = 0; i < workers; i++) {

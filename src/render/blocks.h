@@ -10,13 +10,13 @@
 
 typedef struct Blocks Blocks;
 
-Blocks *blocks_create(uint32_t width, uint32_t height, Jobs *jobs, Err *err); // NULL when memory is out
-void blocks_destroy(Blocks *b);                                               // accepts NULL
+Blocks *blocks_create(uint32_t width, uint32_t height, Jobs *jobs, const HotTable *hot, Err *err); // NULL when memory is out
+void blocks_destroy(Blocks *b);                                                                    // accepts NULL
 
 // pass: its film need not be set. settings: is_bgr is set here. pixels, 0xffrrggbb, and objects are those of the whole
 // picture. Fails only when it is cancelled.
 bool blocks_render(Blocks *b, const RenderPass *pass, const SubsampleSettings *settings, const Tone *tone,
-                   const HotTable *hot, const Cancel *cancel, uint32_t *pixels, uint32_t *objects, SubsampleStats *stats,
+                   const Cancel *cancel, uint32_t *pixels, uint32_t *objects, SubsampleStats *stats,
                    RayCounters *rays, Err *err);
 
 #endif

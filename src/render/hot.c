@@ -38,6 +38,7 @@ static void hot_any_n(const Accel *accel, const PackedRay *rays, uint8_t *blocke
 #define LEVEL_NAME(level) TEXT_OF(level)
 
 extern const HotTable TABLE_OF(RAYFOLD_LEVEL);
-const HotTable TABLE_OF(RAYFOLD_LEVEL) = {LEVEL_NAME(RAYFOLD_LEVEL), tile_render, pixels_look_at, hot_closest_n, hot_any_n,
+const HotTable TABLE_OF(RAYFOLD_LEVEL) = {LEVEL_NAME(RAYFOLD_LEVEL), tile_render, sizeof(Whitted), pixels_look_at,
+                                           hot_closest_n, hot_any_n,
                                            {conv_rows, atrous_rows, fast_take_rows, fast_extend_rows, fast_prepare_rows,
                                             fast_give_rows}};

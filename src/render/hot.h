@@ -46,9 +46,12 @@ typedef struct HotTable {
   const char *name; // of the level
   // Adds the pass's samples of the tile's pixels to the film; false if it was broken off between two pixels.
   bool (*render_tile)(const RenderPass *pass, Tile tile, WorkerState *worker);
-  // Samples of up to SUBSAMPLE_PACKET pixels by the integrator whitted: the first of the pass's. Nothing is added to the film, of which
-  // only the size is looked at.
-  void (*look_at)(const RenderPass *pass, const SubsamplePixel *pixels, size_t count, HotLook *out, WorkerState *worker);
+  // Samples of up to SUBSAMPLE_PACKET pixels by the integrator whitted: the first of the pass's. Nothing is added to the
+  // film, of which only the size is looked at. scratch: look_bytes of the worker's own, 64-byte aligned, of which the
+  // first pointer is NULL before the pass's first call.
+  size_t look_bytes;
+  void (*look_at)(const RenderPass *pass, const SubsamplePixel *pixels, size_t count, HotLook *out, WorkerState *worker,
+                  void *scratch);
   // Closest hits (instance NO_HIT: none) and "is anything in the way" of bare geometry: every instance counts, whoever
   // it is visible to, and alpha is not looked at.
   void (*closest_n)(const Accel *accel, const PackedRay *rays, Hit *hits, size_t count);

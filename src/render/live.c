@@ -429,7 +429,7 @@ static bool show_pixels(Live *l, int level, const Cancel *cancel, LiveFrame *out
   l->level = level;
   l->samples = 0;
   if (!grow(&out->pixels, &out->pixel_room, window, err) || !grow(&out->objects, &out->object_room, window, err)) return false;
-  if (!l->blocks && !(l->blocks = blocks_create(v->width, v->height, l->jobs, err))) return false;
+  if (!l->blocks && !(l->blocks = blocks_create(v->width, v->height, l->jobs, l->hot, err))) return false;
   RenderPass pass = {.world = l->world, .eye = v->eye, .settings = v->settings, .seed = (uint32_t)hash_u64(v->seed),
                      .first_sample = v->first_sample, .end_sample = v->first_sample + 1};
   filter_build(&pass.filter, (FilterKind)v->settings.filter, v->settings.filter_width);
@@ -439,7 +439,7 @@ static bool show_pixels(Live *l, int level, const Cancel *cancel, LiveFrame *out
   SubsampleStats stats;
   RayCounters rays;
   const double start = seconds_now();
-  if (!blocks_render(l->blocks, &pass, &settings, &v->tone, l->hot, cancel, out->pixels, out->objects, &stats, &rays, err))
+  if (!blocks_render(l->blocks, &pass, &settings, &v->tone, cancel, out->pixels, out->objects, &stats, &rays, err))
     return false;
   const double end = seconds_now();
   learn(&costs_of(l, v)->ways[levels[level].way], (end - start) / (double)window);

@@ -91,15 +91,15 @@ static bool tile_render(const RenderPass *pass, Tile tile, WorkerState *worker)
 _Static_assert((int)SUBSAMPLE_PACKET <= (int)WHITTED_SIZE, "a packet of pixels is one of rays");
 
 static void pixels_look_at(const RenderPass *pass, const SubsamplePixel *pixels, size_t count, HotLook *out,
-                           WorkerState *worker)
+                           WorkerState *worker, void *scratch)
 {
-  Whitted t;
-  whitted_place(&t, pass, &worker->rays, true);
-  whitted_begin(&t, pass->first_sample);
-  for (size_t i = 0; i < count; i++) whitted_add(&t, pixels[i].x, pixels[i].y);
-  whitted_trace(&t);
+  Whitted *t = scratch;
+  if (t->pass != pass) whitted_place(t, pass, &worker->rays, true);
+  whitted_begin(t, pass->first_sample);
+  for (size_t i = 0; i < count; i++) whitted_add(t, pixels[i].x, pixels[i].y);
+  whitted_trace(t);
   for (size_t i = 0; i < count; i++)
-    out[i] = (HotLook){t.seen[i].radiance, t.signature[i], t.seen[i].is_hit ? t.seen[i].object : 0};
+    out[i] = (HotLook){t->seen[i].radiance, t->signature[i], t->seen[i].is_hit ? t->seen[i].object : 0};
 }
 
 #endif

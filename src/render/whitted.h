@@ -16,7 +16,7 @@
 //
 // How surfaces count (docs/shapes.md has the table): `light_model` "scene" takes what the material is; the others give
 // every material one of three. In "physical" units lights fall off and highlights lose no energy, and the scene's own
-// materials are those of the path tracer, to the bit; in "classic" units a point's intensity arrives undiminished, matt
+// materials are those of the path tracer; in "classic" units a point's intensity arrives undiminished, matt
 // surfaces show diffuse * cosine, highlights specular * cosine^exponent.
 //
 // Rough mirrors and rough glass are taken for smooth ones, weaker the rougher a mirror is. More than MOST_LIGHTS lights
@@ -236,11 +236,13 @@ static inline void whitted_go_on(Whitted *t, int lane, unsigned bits)
 
 // --- what it comes to -------------------------------------------------------------------------------------
 
-// The nearest multiple of 2^-28, held as film_fixed() does: adding 1.5 * 2^24 leaves no more places.
-static inline double whitted_fixed(float x)
+// The nearest multiple of 2^-28: adding 1.5 * 2^24 leaves no more places.
+static inline double whitted_fixed(float x) { return (double)x + 0x1.8p24 - 0x1.8p24; }
+
+// Held as film_fixed() does.
+static inline wx whitted_held(wx x)
 {
-  const float held = x > FILM_LIMIT ? FILM_LIMIT : x < -FILM_LIMIT ? -FILM_LIMIT : x == x ? x : 0;
-  return (double)held + 0x1.8p24 - 0x1.8p24;
+  return wx_choose(wx_eq(x, x), wx_clamp(x, -FILM_LIMIT, FILM_LIMIT), wx_set(0));
 }
 
 // Sums, in any order, of a group's signatures.
@@ -253,15 +255,17 @@ static inline void whitted_sign(Whitted *t, int lane, unsigned bits)
   const wxu counts = wxu_choose(wx_le(wx_of_int((wxi)level), wx_of_int((wxi)most)), sign, wxu_set(0));
   uint32_t signs[WIDEST];
   wxu_store(signs, counts);
-  for (; bits; bits &= bits - 1) t->signature[whitted_pixel(t, (size_t)(lane + __builtin_ctz(bits)))] += signs[__builtin_ctz(bits)];
+  for (size_t i = 0; bits; i++, bits >>= 1) t->signature[whitted_pixel(t, (size_t)lane + i)] += signs[i];
 }
 
 // Adds all light to its pixels; the first packet, in their order, begins the sums.
 static inline void whitted_pay(Whitted *t)
 {
   float (*light)[WHITTED_ROW] = t->at + AT_LIGHT;
-  for (int i = 0; i < (int)t->going; i += WIDEST)
-    w3_store(&light[0][i], WHITTED_ROW, w3_mul(whitted_go3(t, GO_WEIGHT, i), whitted_at3(t, AT_LIGHT, i)));
+  for (int i = 0; i < (int)t->going; i += WIDEST) {
+    const Wide3 l = w3_mul(whitted_go3(t, GO_WEIGHT, i), whitted_at3(t, AT_LIGHT, i));
+    w3_store(&light[0][i], WHITTED_ROW, w3(whitted_held(l.x), whitted_held(l.y), whitted_held(l.z)));
+  }
   if (whitted_level(t, 0) == 0) {
     for (int c = 0; c < 3; c++)
       for (size_t i = 0; i < WHITTED_SIZE; i++) t->sums[c][i] = whitted_fixed(light[c][i]);
@@ -287,9 +291,8 @@ static inline void whitted_step(Whitted *t)
   const uint64_t all = whitted_all(t);
   whitted_pay(t);
   for (int i = 0; i < (int)t->going; i += WIDEST) {
-    unsigned lives = whitted_bits(t->lives, i);
-    for (unsigned left = lives; left; left &= left - 1)
-      if ((int32_t)whitted_level(t, (size_t)(i + __builtin_ctz(left))) >= most) lives &= ~(left & -left);
+    const wxu level = wxu_load(&t->go_int[GO_INFO][i]) >> INFO_LEVEL & 0xff;
+    const unsigned lives = whitted_bits(t->lives, i) & wx_lt(wx_of_int((wxi)level), wx_set((float)most));
     if (t->has_signatures) whitted_sign(t, i, whitted_bits(all, i));
     if (lives) whitted_go_on(t, i, lives);
   }

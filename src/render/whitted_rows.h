@@ -116,8 +116,10 @@ static inline Sampler whitted_sampler(const Whitted *t, size_t i)
   return sampler_begin(t->x[pixel], t->y[pixel], t->sample, t->pass->seed);
 }
 
+// Of a ray, for trace_counts(), which asks only where there are surfaces that may not count.
 static inline uint32_t whitted_seed(const Whitted *t, size_t i, uint32_t which)
 {
+  if (!t->pass->world->has_filters) return 0;
   const Sampler s = whitted_sampler(t, i);
   return hash_combine(hash_combine(hash_combine(s.pixel_seed, s.sample), t->go_int[GO_WAY][i]), which);
 }

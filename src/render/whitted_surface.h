@@ -154,7 +154,8 @@ static inline WhittedModel whitted_model(const WhittedSettings *set, const Surfa
   case LIGHT_MODEL_COOK_TORRANCE: return WHITTED_COOK_TORRANCE;
   case LIGHT_MODEL_SCENE: break;
   }
-  if (set->light_units == LIGHT_UNITS_PHYSICAL) return WHITTED_OWN;
+  const bool is_bare = m->kind == SURFACE_LAMBERT; // its BSDF is the model's
+  if (set->light_units == LIGHT_UNITS_PHYSICAL) return is_bare ? WHITTED_LAMBERT : WHITTED_OWN;
   if (m->kind == SURFACE_LAMBERT) return WHITTED_LAMBERT;
   return m->kind == SURFACE_PHONG ? WHITTED_PHONG : WHITTED_COOK_TORRANCE;
 }
@@ -407,8 +408,25 @@ static inline void whitted_arrive_group(Whitted *t, int lane, unsigned going)
   }
 }
 
+// As wave_fetch(): asks memory for the triangles of all hits, so that shading waits for it once and not once a ray.
+static inline void whitted_fetch(const Whitted *t)
+{
+  const WorldInstance *instances = t->pass->world->instances;
+  for (int pass = 0; pass < 2; pass++)
+    for (uint64_t left = t->met; left; left &= left - 1) {
+      const Hit *h = &t->hits[__builtin_ctzll(left)];
+      const TriangleMesh *mesh = &instances[h->instance].mesh;
+      if (!mesh->triangles) continue;
+      if (pass)
+        mesh_fetch_vertices(mesh, h->prim);
+      else
+        mesh_fetch_indices(mesh, h->prim);
+    }
+}
+
 static inline void whitted_arrive(Whitted *t)
 {
+  if (!t->lanes) whitted_fetch(t);
   const uint64_t all = whitted_all(t);
   t->lives = t->is_back = t->is_thin = t->is_pbr = t->is_glass = t->has_own_weights = 0;
   memset(t->model, 0, sizeof t->model);

@@ -36,6 +36,7 @@ static void set_filters(Prepare *p)
     const WorldInstance *w = &p->shading.items[i];
     for (uint32_t s = 0; s < w->slot_count; s++)
       p->instances.items[i].has_filter |= p->materials.items[w->materials[s]].needs_filter;
+    p->world->has_filters |= p->instances.items[i].has_filter;
   }
 }
 

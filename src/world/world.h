@@ -75,6 +75,7 @@ struct World {
   WhittedSettings whitted;     // as the scene has them
   Vec3 whitted_ambient;
   bool has_background, has_panes; // objects of that role; materials that let light through
+  bool has_filters;            // instances some hits on which do not count
   float lo[3], hi[3];          // bounds; lo > hi when there is nothing
   size_t triangle_count, unique_triangle_count, geometry_bytes, texture_bytes;
   size_t tree_bytes;           // of geometry_bytes: without the meshes' own arrays
