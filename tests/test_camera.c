@@ -11,7 +11,7 @@
 static Camera perspective(float fov)
 {
   Camera c = {.kind = CAMERA_PERSPECTIVE};
-  c.common = (CameraCommon){{1, 2, 3}, {1, 2, -7}, {0, 1, 0}, 0};
+  c.common = (CameraCommon){{1, 2, 3}, {1, 2, -7}, {0, 1, 0}, 0, -1};
   c.perspective = (Perspective){.fov = fov};
   return c;
 }
@@ -115,7 +115,7 @@ TEST(lens_rays_meet_in_the_sharp_plane)
 TEST(orthographic_rays_are_parallel)
 {
   Camera c = {.kind = CAMERA_ORTHOGRAPHIC};
-  c.common = (CameraCommon){{0, 0, 0}, {5, 0, 0}, {0, 1, 0}, 0}; // looks along +x: right is +z
+  c.common = (CameraCommon){{0, 0, 0}, {5, 0, 0}, {0, 1, 0}, 0, -1}; // looks along +x: right is +z
   c.orthographic = (Orthographic){.height = 4};
   const Eye e = eye_of(&c);
   const Ray r = eye_ray(&e, 300, 100, (Vec2){300, 0}, (Vec2){0, 0});
@@ -126,7 +126,7 @@ TEST(orthographic_rays_are_parallel)
 TEST(a_panorama_shows_the_sphere_once)
 {
   Camera c = {.kind = CAMERA_PANORAMIC};
-  c.common = (CameraCommon){{0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 0};
+  c.common = (CameraCommon){{0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 0, -1};
   c.panoramic = (Panoramic){.span = 360};
   const Eye e = eye_of(&c);
   const Vec2 lens = {0, 0};

@@ -251,7 +251,11 @@ static void random_value(const Field *f, char out[300])
   case FIELD_matrix: strcpy(out, "[2,0,0,0,0,3,0,0,0,0.5,1,0,7,8,9,1]"); return;
   case FIELD_text: strcpy(out, "\"a \\\"text\\\"\""); return;
   case FIELD_file: strcpy(out, "\"part.json\""); return;
+  case FIELD_sky:
+  case FIELD_cell:
+  case FIELD_gate:
   case FIELD_object: strcpy(out, "null"); return;
+  case FIELD_points: strcpy(out, "[[0,0],[1,0],[0.5,2]]"); return;
   case FIELD_path: strcpy(out, "\"objects.ball.rotate\""); return;
   case FIELD_keys:
     strcpy(out, "[{\"time\":0,\"value\":[0,10,0]},{\"time\":1.5,\"value\":[0,90,0],\"easing\":[0.5,0,0.5,1]}]");
@@ -276,6 +280,7 @@ static int set_fields(Scene *s, const char *path, const Field *fields, size_t co
       snprintf(field, sizeof field, "%s.%s", path, fields[i].name);
       random_value(&fields[i], value);
       if (!strcmp(fields[i].name, "subsurface")) strcpy(value, "0"); // any other is refused (test_materials.c)
+      if (!strcmp(fields[i].name, "wall")) strcpy(value, "false");   // as a closed gate's (test_worlds.c)
       if (fields[i].type == FIELD_matrix) { // not beside the parts of a map
         check_set(s, "objects.t", "{\"shape\":{\"kind\":\"sphere\"}}", NULL);
       }
@@ -288,7 +293,8 @@ static int set_fields(Scene *s, const char *path, const Field *fields, size_t co
 TEST(every_field_of_every_kind_is_set_and_got_back)
 {
   static const char *const paths[SECTION_COUNT] = {"render", "whitted", "develop",   "camera",
-                                                   "cameras.t",   "sky",       "textures.t",
+                                                   "cameras.t",   "sky",       "skies.t",
+                                                   "cells.t",     "gates.t",   "textures.t",
                                                    "materials.t", "media.t",   "objects.t", "lights.t",
                                                    "timeline",    "animation.t"};
   Scene *s = load_sample();
@@ -299,14 +305,15 @@ TEST(every_field_of_every_kind_is_set_and_got_back)
     char path[100], whole[200];
     snprintf(path, sizeof path, g->nested ? "%s.%s" : "%s", paths[i], g->nested ? g->nested->name : "");
     for (size_t k = 0; k < inner->kind_count; k++) {
-      const bool has_file = inner->kinds[k].field_count && inner->kinds[k].fields[0].type == FIELD_file;
+      const FieldType first = inner->kinds[k].field_count ? inner->kinds[k].fields[0].type : FIELD_real;
       snprintf(whole, sizeof whole,
                g->nested         ? "{\"shape\":{\"kind\":\"%s\"%s}}"
                : inner->has_kind ? "{\"kind\":\"%s\"%s}"
                                  : "{}",
                inner->kinds[k].name,
                !strcmp(inner->kinds[k].name, "voxels") ? ",\"size\":[4,4,4]"
-               : has_file                              ? ",\"file\":\"part.json\""
+               : first == FIELD_file                   ? ",\"file\":\"part.json\""
+               : first == FIELD_points                 ? ",\"points\":[[0,0],[1,0],[0,1]]"
                                                        : "");
       if (g == &group_track)
         snprintf(whole, sizeof whole,

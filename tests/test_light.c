@@ -171,7 +171,7 @@ TEST(skies_and_suns_follow_their_density)
   l.set = sky_set(&gradient);
   check_density("gradient", &l, sky_density);
   light_set_finish(&l.set);
-  const Sun sun = {v3_normalize(v3(1, 2, -1)), v3_all(1), 0.1f};
+  const Sun sun = {.direction = v3_normalize(v3(1, 2, -1)), .radiance = v3_all(1), .one_minus_cos = 0.1f};
   CHECK(light_set_build(&l.set, NULL, 0, &sun, 1, &no_sky, NULL, NULL) && light_group_count(&l.set) == 1);
   check_density("sun", &l, sun_density);
   light_set_finish(&l.set);
@@ -282,14 +282,14 @@ TEST(suns_and_skies_give_their_irradiance)
   const Vec3 d = v3(0, 1, 0);
   const float heights[] = {1.07e-5f, 0.01f, 0.5f};
   for (int i = 0; i < 3; i++) {
-    const Sun sun = {d, v3_all(2), heights[i]};
+    const Sun sun = {.direction = d, .radiance = v3_all(2), .one_minus_cos = heights[i]};
     CHECK(light_set_build(&set, NULL, 0, &sun, 1, &no_sky, NULL, NULL));
     const double c = 1 - (double)heights[i], truth = 2 * M_PI * (1 - c) * (1 + c);
     CHECK_NEAR(irradiance(&set, 0, v3_all(0), d) / truth, 1, 1e-3);
     CHECK(sun_radiance_seen(&set, d)[0] == 2 && sun_radiance_seen(&set, -d)[0] == 0);
     light_set_finish(&set);
   }
-  const Sun delta = {d, v3_all(3), 0};
+  const Sun delta = {.direction = d, .radiance = v3_all(3)};
   CHECK(light_set_build(&set, NULL, 0, &delta, 1, &no_sky, NULL, NULL));
   CHECK_NEAR(irradiance(&set, 0, v3_all(0), v3_normalize(v3(0, 1, 1))), 3 / sqrt(2), 1e-6);
   CHECK(sun_radiance_seen(&set, d)[0] == 0);
@@ -353,7 +353,7 @@ TEST(odd_powers_and_no_memory)
   light_set_finish(&set);
 
   const SkyMap sky = spotted_sky();
-  const Sun sun = {v3(0, 1, 0), v3_all(1), 0.1f};
+  const Sun sun = {.direction = v3(0, 1, 0), .radiance = v3_all(1), .one_minus_cos = 0.1f};
   for (long n = 1; n < 20; n++) {
     Err err = {0};
     mem_fail_after(n);

@@ -25,15 +25,15 @@ typedef struct Subject {
 } Subject;
 
 // How it is made. Zeros are one thread, the plain level, the usual tiles and the samples 0 to SPP.
-typedef struct Way {
+typedef struct Through {
   int threads;
   IsaLevel level;
   uint32_t tile_size, first, end;
-} Way;
+} Through;
 
 enum { WIDTH = 29, HEIGHT = 23, SPP = 4 };
 
-static Film *film_of(const Subject *s, Way way)
+static Film *film_of(const Subject *s, Through way)
 {
   Film *f = film_create(WIDTH, HEIGHT, ALL_PLANES, NULL);
   const RenderJob job = {.world = s->world,
@@ -52,7 +52,7 @@ static Film *film_of(const Subject *s, Way way)
   return f;
 }
 
-static uint64_t hash_of(const Subject *s, Way way)
+static uint64_t hash_of(const Subject *s, Through way)
 {
   Film *f = film_of(s, way);
   const uint64_t h = film_hash(f);
@@ -125,7 +125,7 @@ static void check_threads(const Subject *s, uint64_t truth)
   static const int threads[] = {1, 2, 3, 5, 8};
   for (int k = 0; k < 5; k++)
     for (int run = 0; run < 3; run++) {
-      const Way way = {.threads = threads[k], .level = cpu_best_isa()};
+      const Through way = {.threads = threads[k], .level = cpu_best_isa()};
       CHECK_MSG(hash_of(s, way) == truth, "%s, %d threads, run %d", s->name, threads[k], run);
     }
 }
@@ -134,7 +134,7 @@ static void check_levels(const Subject *s, uint64_t truth)
 {
   for (int level = ISA_REF; level <= (int)cpu_best_isa(); level++) {
     CHECK(!strcmp(hot_table((IsaLevel)level)->name, isa_names[level])); // not a lower one in its place
-    CHECK_MSG(hash_of(s, (Way){.level = (IsaLevel)level, .threads = 2}) == truth, "%s, level %s", s->name,
+    CHECK_MSG(hash_of(s, (Through){.level = (IsaLevel)level, .threads = 2}) == truth, "%s, level %s", s->name,
               isa_names[level]);
   }
 }
@@ -144,7 +144,7 @@ static void check_tiles(const Subject *s, uint64_t truth)
 {
   static const uint32_t sizes[] = {1, 7, 16, 64, 128};
   for (int k = 0; k < 5; k++) {
-    const Way way = {.threads = 2, .level = cpu_best_isa(), .tile_size = sizes[k]};
+    const Through way = {.threads = 2, .level = cpu_best_isa(), .tile_size = sizes[k]};
     CHECK_MSG(hash_of(s, way) == truth, "%s, tiles of %u", s->name, sizes[k]);
   }
 }
@@ -156,7 +156,7 @@ static void check_splits(const Subject *s, uint64_t truth)
   static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
   Film *parts[3];
   for (int k = 0; k < 3; k++)
-    parts[k] = film_of(s, (Way){.level = cpu_best_isa(), .first = ends[k], .end = ends[k + 1]});
+    parts[k] = film_of(s, (Through){.level = cpu_best_isa(), .first = ends[k], .end = ends[k + 1]});
   for (int o = 0; o < 6; o++) {
     Film *sum = film_create(WIDTH, HEIGHT, ALL_PLANES, NULL);
     for (int k = 0; k < 3; k++) CHECK(film_merge(sum, parts[orders[o][k]], NULL));
@@ -174,7 +174,7 @@ TEST(a_picture_is_the_same_however_it_is_made)
   uint64_t hashes[SUBJECT_COUNT];
   for (int i = 0; i < (TEST_IS_SLOW ? 1 : SUBJECT_COUNT); i++) {
     Subject s = subject(i);
-    hashes[i] = hash_of(&s, (Way){.level = ISA_REF});
+    hashes[i] = hash_of(&s, (Through){.level = ISA_REF});
     check_levels(&s, hashes[i]);
     check_threads(&s, hashes[i]);
     check_tiles(&s, hashes[i]);
@@ -188,7 +188,7 @@ TEST(a_picture_is_the_same_however_it_is_made)
 TEST(the_picture_has_not_changed)
 {
   Subject s = rich_subject();
-  const uint64_t hash = hash_of(&s, (Way){.level = ISA_REF});
+  const uint64_t hash = hash_of(&s, (Through){.level = ISA_REF});
   CHECK_MSG(hash == RICH_HASH, "it is %#llx", (unsigned long long)hash);
   subject_finish(&s);
 }
@@ -197,8 +197,8 @@ TEST(the_picture_has_not_changed)
 TEST(a_film_goes_on_where_it_stopped)
 {
   Subject s = rich_subject();
-  const uint64_t truth = hash_of(&s, (Way){.level = ISA_REF});
-  Film *f = film_of(&s, (Way){.level = cpu_best_isa(), .end = 2});
+  const uint64_t truth = hash_of(&s, (Through){.level = ISA_REF});
+  Film *f = film_of(&s, (Through){.level = cpu_best_isa(), .end = 2});
   RenderJob job = {
       .world = s.world, .eye = s.eye, .settings = s.settings, .seed = 1, .film = f, .end_sample = SPP};
   RenderStats stats;
@@ -419,7 +419,7 @@ TEST(large_meshes_are_prepared_by_all_threads)
     CHECK(w);
     const Subject subject_k = {
         .world = w, .eye = pinhole(0, 0.6f, 4, 0, -0.3f, 0, 40), .settings = s->render};
-    hash[k] = hash_of(&subject_k, (Way){.threads = 3, .level = cpu_best_isa(), .end = 1});
+    hash[k] = hash_of(&subject_k, (Through){.threads = 3, .level = cpu_best_isa(), .end = 1});
     world_release(w);
     jobs_destroy(jobs);
   }

@@ -224,6 +224,8 @@ typedef struct rf_eye {
   float aperture;  // radius of the lens, metres; 0: a pinhole
   int blades;      // of the aperture; under 3: round
   float height;    // orthographic: height of the picture in metres
+  int cell;        // the cell the frame is in: 0 the unnamed one, else 1 + its place among
+                   // the scene's "cells"; one that the world does not have counts as 0
 } rf_eye;
 
 // A camera of the scene by name; NULL: the main one. A scene without a camera (a bare model) gets one that shows

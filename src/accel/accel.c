@@ -83,7 +83,15 @@ static uint32_t emit_instance(void *user, size_t leaf_i, const uint32_t *prims, 
   return prims[0];
 }
 
-static void add_instance(Accel *a, Build *b, const Instance *from)
+// Which instances go into a tree.
+typedef struct Part {
+  const uint32_t *cell_of; // NULL: all
+  uint32_t cell;
+} Part;
+
+static bool part_has(const Part *p, size_t i) { return !p->cell_of || p->cell_of[i] == p->cell; }
+
+static void copy_instance(Accel *a, const Instance *from)
 {
   const size_t i = a->instance_count++;
   Instance *to = &a->instances[i];
@@ -95,6 +103,12 @@ static void add_instance(Accel *a, Build *b, const Instance *from)
     a->boxes[i][2 * k] = box.lo[k];
     a->boxes[i][2 * k + 1] = box.hi[k];
   }
+}
+
+static void add_instance(Accel *a, Build *b, size_t i)
+{
+  const float *at = a->boxes[i];
+  const Bounds box = {v3(at[0], at[2], at[4]), v3(at[1], at[3], at[5])};
   if (bounds_is_empty(&box)) return;
   if (!bounds_is_finite(&box)) {
     a->endless[a->endless_count++] = (uint32_t)i;
@@ -103,29 +117,44 @@ static void add_instance(Accel *a, Build *b, const Instance *from)
   b->refs[b->count++] = ref_of(&box, (uint32_t)i);
 }
 
-static size_t count_endless(const Instance *instances, size_t count)
+static size_t count_endless(const Instance *instances, size_t count, const Part *part)
 {
   size_t n = 0;
   for (size_t i = 0; i < count; i++) {
-    if (instances[i].kind != INSTANCE_SOLID && instances[i].kind != INSTANCE_CSG) continue;
+    if ((instances[i].kind != INSTANCE_SOLID && instances[i].kind != INSTANCE_CSG) || !part_has(part, i)) continue;
     const Bounds b = instance_bounds(&instances[i]);
     n += !bounds_is_empty(&b) && !bounds_is_finite(&b);
   }
   return n;
 }
 
-static bool fill_accel(Accel *a, Build *b, const Instance *instances, size_t count, Err *err)
+static bool fill_instances(Accel *a, const Instance *instances, size_t count, Err *err)
 {
-  if (count == 0) return true;
   a->instances = mem_alloc(count, sizeof *a->instances);
   a->boxes = mem_alloc(count, sizeof *a->boxes);
-  const size_t endless_count = count_endless(instances, count);
+  if (!a->instances || !a->boxes) return err_memory(err, "the instances", count * sizeof *a->instances);
+  for (size_t i = 0; i < count; i++) copy_instance(a, &instances[i]);
+  return true;
+}
+
+static void borrow_instances(Accel *a, const Accel *from)
+{
+  a->instances = from->instances;
+  a->boxes = from->boxes;
+  a->instance_count = from->instance_count;
+  a->is_borrowed = true;
+}
+
+static bool fill_accel(Accel *a, Build *b, const Instance *instances, size_t count, const Part *part, Err *err)
+{
+  if (count == 0) return true;
+  const size_t endless_count = count_endless(instances, count, part);
   if (endless_count) a->endless = mem_alloc(endless_count, sizeof *a->endless);
-  if (!a->instances || !a->boxes || (endless_count && !a->endless))
-    return err_memory(err, "the instances", count * sizeof *a->instances);
+  if (endless_count && !a->endless) return err_memory(err, "the instances", endless_count * sizeof *a->endless);
   if (!build_init(b, count, err)) return false;
   b->count = 0;
-  for (size_t i = 0; i < count; i++) add_instance(a, b, &instances[i]);
+  for (size_t i = 0; i < count; i++)
+    if (part_has(part, i)) add_instance(a, b, i);
   if (!build_split(b, err)) return false;
   a->bounds = b->bounds;
   a->node_count = b->node_count;
@@ -137,7 +166,8 @@ static bool fill_accel(Accel *a, Build *b, const Instance *instances, size_t cou
   return true;
 }
 
-Accel *accel_build(const Instance *instances, size_t count, Jobs *jobs, const Cancel *cancel, Err *err)
+static Accel *build_part(const Instance *instances, size_t count, const Part *part, const Accel *owner, Jobs *jobs,
+                         const Cancel *cancel, Err *err)
 {
   if (count >= LEAF_BIT - 2) {
     err_set(err, ERR_BAD_SCENE, "%zu instances; at most %u are possible", count, LEAF_BIT - 3);
@@ -151,20 +181,46 @@ Accel *accel_build(const Instance *instances, size_t count, Jobs *jobs, const Ca
   a->root = EMPTY_TREE;
   a->bounds = bounds_empty();
   Build b = {.leaf_size = 1, .jobs = jobs, .cancel = cancel};
-  const bool ok = fill_accel(a, &b, instances, count, err);
+  bool ok = true;
+  if (owner)
+    borrow_instances(a, owner);
+  else if (count)
+    ok = fill_instances(a, instances, count, err);
+  ok = ok && fill_accel(a, &b, instances, count, part, err);
   build_finish(&b);
   if (ok) return a;
   accel_destroy(a);
   return NULL;
 }
 
+Accel *accel_build(const Instance *instances, size_t count, Jobs *jobs, const Cancel *cancel, Err *err)
+{
+  return build_part(instances, count, &(Part){0}, NULL, jobs, cancel, err);
+}
+
+bool accel_build_cells(const Instance *instances, const uint32_t *cell_of, size_t count, Accel **out, size_t cell_count,
+                       Jobs *jobs, const Cancel *cancel, Err *err)
+{
+  size_t k = 0;
+  for (; k < cell_count; k++) {
+    const Part part = {cell_of, (uint32_t)k};
+    out[k] = build_part(instances, count, &part, k ? out[0] : NULL, jobs, cancel, err);
+    if (!out[k]) break;
+  }
+  if (k == cell_count) return true;
+  for (out[k] = NULL; k > 0; out[k] = NULL) accel_destroy(out[--k]);
+  return false;
+}
+
 void accel_destroy(Accel *a)
 {
   if (!a) return;
-  for (size_t i = 0; i < a->instance_count; i++) mesh_tree_release(a->instances[i].mesh);
   mem_free(a->nodes);
-  mem_free(a->instances);
-  mem_free(a->boxes);
+  if (!a->is_borrowed) {
+    for (size_t i = 0; i < a->instance_count; i++) mesh_tree_release(a->instances[i].mesh);
+    mem_free(a->instances);
+    mem_free(a->boxes);
+  }
   mem_free(a->endless);
   mem_free(a);
 }
@@ -177,7 +233,8 @@ void accel_bounds(const Accel *a, float lo[3], float hi[3])
 
 size_t accel_bytes(const Accel *a)
 {
-  return sizeof *a + a->node_count * sizeof *a->nodes + a->instance_count * (sizeof *a->instances + sizeof *a->boxes) +
+  return sizeof *a + a->node_count * sizeof *a->nodes +
+         (a->is_borrowed ? 0 : a->instance_count * (sizeof *a->instances + sizeof *a->boxes)) +
          a->endless_count * sizeof *a->endless;
 }
 

@@ -88,6 +88,10 @@ typedef struct Accel Accel;
 
 // Takes a copy of the instances and shares their meshes. Instances with a singular map hit nothing.
 Accel *accel_build(const Instance *instances, size_t count, Jobs *jobs, const Cancel *cancel, Err *err);
+// Several trees over one list: out[k] has in it the instances whose cell_of is k, and all know all instances by the same
+// numbers. The first owns the list and must be destroyed last. False: out is all NULL.
+bool accel_build_cells(const Instance *instances, const uint32_t *cell_of, size_t count, Accel **out, size_t cell_count,
+                       Jobs *jobs, const Cancel *cancel, Err *err);
 void accel_destroy(Accel *a); // accepts NULL
 void accel_bounds(const Accel *a, float lo[3], float hi[3]); // of all that has ends; lo > hi when there is nothing
 // The box in the world of a box in object space, with what rounding may do to a ray on its way there. Not finite where

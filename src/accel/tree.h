@@ -82,8 +82,9 @@ struct MeshTree {
 struct Accel {
   uint32_t root;
   Node8 *nodes;        // owned
-  Instance *instances; // owned, each holding a use of its mesh
-  float (*boxes)[6];   // owned: the instances' boxes in the world; empty for those that nothing can hit
+  Instance *instances; // owned unless borrowed, each holding a use of its mesh
+  float (*boxes)[6];   // likewise: the instances' boxes in the world; empty for those that nothing can hit
+  bool is_borrowed;    // both are another Accel's
   uint32_t *endless;   // owned: instances that have no ends and are not in the tree; NULL: there are none
   size_t node_count, instance_count, endless_count;
   Bounds bounds;       // of those in the tree

@@ -178,7 +178,7 @@ static rf_eye public_eye(const Eye *e)
 {
   rf_eye out = {.frame = {to_public(e->frame.x), to_public(e->frame.y), to_public(e->frame.z), to_public(e->frame.p)},
                 .lens = (rf_lens)e->kind, .focus = e->focus, .aperture = e->aperture, .blades = e->blades,
-                .height = e->height};
+                .height = e->height, .cell = (int)e->cell};
   out.fov = e->kind == EYE_PANORAMIC ? e->span : 2 * (float)atan((double)e->tan_half_fov);
   return out;
 }
@@ -189,7 +189,7 @@ Eye api_eye(const rf_eye *e)
                .frame = {from_public(e->frame.x), from_public(e->frame.y), from_public(e->frame.z),
                          from_public(e->frame.p)},
                .tan_half_fov = (float)tan((double)e->fov / 2), .focus = e->focus, .aperture = e->aperture,
-               .blades = e->blades, .height = e->height, .span = e->fov};
+               .blades = e->blades, .height = e->height, .span = e->fov, .cell = (uint32_t)e->cell};
 }
 
 bool rf_camera(rf_scene *s, const rf_world *w, const char *name, float aspect, rf_eye *eye)

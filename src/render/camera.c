@@ -31,7 +31,7 @@ bool eye_from_camera(const Camera *c, Eye *out, Err *err)
   if (!(distance > 0)) {
     return err_set(err, ERR_BAD_SCENE, "%s: position and target are the same point; move one of them", name);
   }
-  *out = (Eye){.frame = look_frame(position, back / distance, up)};
+  *out = (Eye){.frame = look_frame(position, back / distance, up), .cell = (uint32_t)(c->common.cell + 1)};
   switch ((CameraKind)c->kind) {
   case CAMERA_PERSPECTIVE: {
     const float half = radians_of(c->perspective.fov) / 2;

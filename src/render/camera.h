@@ -20,6 +20,7 @@ typedef struct Eye {
   int32_t blades;     // of the aperture; under 3: round
   float height;       // orthographic: metres from the picture's bottom to its top
   float span;         // panoramic: radians from its left to its right; half of that from bottom to top
+  uint32_t cell;      // of the world, in which the frame is
 } Eye;
 
 // The eye of a scene's camera. Fails if it looks nowhere (target and position agree) or a number is not finite. An

@@ -51,7 +51,7 @@ static inline ClassicLobes classic_lobes(const PathVertex *v, float count)
 
 // --- lights ---------------------------------------------------------------------------------------
 static inline void classic_push(Wave *w, const Path *p, const PathVertex *v, size_t group, Vec3 wl, float distance,
-                                Vec3 light)
+                                uint32_t image, Vec3 light)
 {
   light = light * path_fade(path_absorption_towards(p, v, wl), distance);
   if (v3_is_zero(light)) return;
@@ -62,21 +62,24 @@ static inline void classic_push(Wave *w, const Path *p, const PathVertex *v, siz
                   .light = light,
                   .seed = path_ray_seed(p, 1 + (uint32_t)group),
                   .path_i = (uint16_t)(p - w->paths),
-                  .group = (uint16_t)(group < LIGHT_GROUPS_APART ? group : LIGHT_GROUPS_APART - 1)};
+                  .group = (uint16_t)(group < LIGHT_GROUPS_APART ? group : LIGHT_GROUPS_APART - 1),
+                  .cell = p->way.cell,
+                  .plan = light_plan(p->pass->world, p->way.cell, image)};
 }
 
 static inline bool classic_aim(const Path *p, const PathVertex *v, size_t group, LightSample *l)
 {
   const World *w = p->pass->world;
-  const float choice = group == 0 && w->lights.emitter_count > 1 ? path_draw(p, PAIR_LIGHTS + 1).x : 0;
-  return light_sample(&w->lights, w->textures, group, v->s.p, path_light_side(&v->bsdf), choice,
+  const LightSet *lights = world_lights(w, p->way.cell);
+  const float choice = group == 0 && lights->emitter_count > 1 ? path_draw(p, PAIR_LIGHTS + 1).x : 0;
+  return light_sample(lights, w->textures, group, v->s.p, path_light_side(&v->bsdf), choice,
                       path_draw(p, PAIR_LIGHTS + 2 * (uint32_t)group), l);
 }
 
 // Each half of the surface weighs aiming against its own rays.
 static inline void classic_chain_lights(Wave *w, const Path *p, const PathVertex *v, const ClassicLobes *lobes)
 {
-  const size_t groups = light_group_count(&w->pass->world->lights);
+  const size_t groups = light_group_count(world_lights(w->pass->world, p->way.cell));
   for (size_t g = 0; g < groups; g++) {
     LightSample l;
     Vec3 shine = v3_all(0);
@@ -88,7 +91,8 @@ static inline void classic_chain_lights(Wave *w, const Path *p, const PathVertex
     const float matt_weight = l.is_delta ? 1 : mis_weight(l.pdf, lobes->count * cosine / PI);
     const float shine_weight = l.is_delta ? 1 : mis_weight(l.pdf, pdf);
     const Vec3 f = matt * matt_weight + shine * shine_weight;
-    classic_push(w, p, v, g, l.wl, l.distance, p->throughput * f * l.radiance / l.pdf);
+    classic_push(w, p, v, g, l.wl, l.distance, l.image,
+                 p->throughput * f * l.radiance * (path_light_fade(w->pass->world, &l) / l.pdf));
   }
 }
 
@@ -100,7 +104,7 @@ static inline bool classic_sky_is_black(const SkyMap *sky)
 // Where a scatter ray ends no ray goes on, so aiming has all the weight, and a sky that is not aimed at is asked for.
 static inline void classic_side_lights(Wave *w, const Path *p, const PathVertex *v)
 {
-  const LightSet *lights = &w->pass->world->lights;
+  const LightSet *lights = world_lights(w->pass->world, p->way.cell);
   const size_t groups = light_group_count(lights);
   const BsdfView view = bsdf_view(&v->bsdf, frame_local(&v->bsdf.frame, v->wo));
   for (size_t g = 0; g < groups; g++) {
@@ -108,13 +112,14 @@ static inline void classic_side_lights(Wave *w, const Path *p, const PathVertex 
     float pdf;
     if (!classic_aim(p, v, g, &l)) continue;
     const Vec3 f = bsdf_eval_view(&v->bsdf, &view, l.wl, &pdf);
-    classic_push(w, p, v, g, l.wl, l.distance, p->throughput * f * l.radiance / l.pdf);
+    classic_push(w, p, v, g, l.wl, l.distance, l.image,
+                 p->throughput * f * l.radiance * (path_light_fade(w->pass->world, &l) / l.pdf));
   }
   BsdfSample next;
   if (lights->sky.is_sampled || classic_sky_is_black(&lights->sky) ||
       !bsdf_sample_view(&v->bsdf, &view, path_draw(p, PAIR_CHOICES).x, path_draw(p, PAIR_SCATTER), &next))
     return;
-  classic_push(w, p, v, groups, next.wl, INFINITY, p->throughput * next.weight * sky_radiance(&lights->sky, next.wl));
+  classic_push(w, p, v, groups, next.wl, INFINITY, 0, p->throughput * next.weight * sky_radiance(&lights->sky, next.wl));
 }
 
 // --- scatter ------------------------------------------------------------------------------------------
@@ -122,7 +127,7 @@ static inline void classic_side_shade(Wave *w, Path *p, const Ray *ray, const Hi
 {
   PathVertex v;
   if (hit->instance == NO_HIT) {
-    path_add_sky(p, ray->d);
+    path_add_sky(p, ray->d, way_length(&p->way, ray->tmin));
     return;
   }
   path_arrive(p, ray, hit, &v);
@@ -142,6 +147,8 @@ static inline void classic_flush(Classic *c)
   }
   for (size_t i = 0; i < w->going; i++) {
     const Ray ray = ray_unpack(&w->rays[i]);
+    w->paths[i].way = w->ways[i];
+    if (w->ways[i].crossings) path_rescale(&w->paths[i]);
     classic_side_shade(w, &w->paths[i], &ray, &w->hits[i]);
   }
   wave_add_lights(w);
@@ -169,6 +176,7 @@ static inline void classic_send(Classic *c, const Path *p, const PathVertex *v, 
                        .eta_scale = 1,
                        .from = v->s.p,
                        .from_n = path_light_side(&v->bsdf),
+                       .from_cell = p->way.cell,
                        .scatter_pdf = lobes->count * local[2] / PI,
                        .cone = p->cone,
                        .share = p->share,
@@ -177,7 +185,8 @@ static inline void classic_send(Classic *c, const Path *p, const PathVertex *v, 
   c->owner[i] = (uint16_t)(p - c->chain.paths);
   w->path_of[i] = (uint16_t)i;
   w->rays[i] = ray_pack(&ray);
-  w->queries[i] = (TraceQuery){p->pass->world, path_ray_seed(&w->paths[i], 0)};
+  w->ways[i] = way_begin(p->way.cell);
+  w->queries[i] = (TraceQuery){p->pass->world, path_ray_seed(&w->paths[i], 0), 0, 0};
 }
 
 // The pair of many samplers at once. By itself, so that the compiler has room to work on a register full of them.
@@ -216,14 +225,17 @@ static inline bool classic_step(void *classic, Path *p, Ray *ray, const Hit *hit
   const RenderPass *pass = p->pass;
   PathVertex v;
   if (hit->instance == NO_HIT) {
-    if (p->depth == 0 && pass->settings.transparent)
+    if (p->depth == 0 && pass->settings.transparent && !p->way.is_lost)
       seen->alpha = 0;
     else
-      path_add_sky(p, ray->d);
+      path_add_sky(p, ray->d, way_length(&p->way, ray->tmin));
     return false;
   }
   path_arrive(p, ray, hit, &v);
-  if (p->depth == 0) path_first_hit(pass, &v.s, hit, bsdf_albedo(&v.bsdf), seen);
+  if (p->depth == 0) {
+    path_first_hit(pass, &v.s, hit, bsdf_albedo(&v.bsdf), seen);
+    if (p->way.is_moved) path_unfold(&pass->eye, &c->chain.eye_rays[p - c->chain.paths], way_length(&p->way, hit->t), seen);
+  }
   if (p->depth >= pass->settings.max_depth || v.m->kind == SURFACE_EMISSION) return false;
   const bool is_matt = !v3_is_zero(v.bsdf.diffuse) || !v3_is_zero(v.bsdf.multiple);
   const ClassicLobes lobes = classic_lobes(&v, is_matt ? (float)pass->settings.scatter : 0);

@@ -32,10 +32,11 @@ typedef struct MediumSet {
   uint32_t count, media[MOST_MEDIA]; // indices into World.media
 } MediumSet;
 
-// The set far outside of everything.
-static inline MediumSet media_outside(const World *w)
+// The set far outside of everything in a cell.
+static inline MediumSet media_outside(const World *w, uint32_t cell)
 {
-  return w->has_atmosphere ? (MediumSet){1, {(uint32_t)w->media_count - 1}} : (MediumSet){0};
+  const uint32_t atmosphere = w->cells[cell].atmosphere;
+  return atmosphere ? (MediumSet){1, {atmosphere - 1}} : (MediumSet){0};
 }
 
 static inline void medium_enter(MediumSet *s, uint32_t medium)
@@ -75,6 +76,7 @@ typedef struct MediaWalk {
   float from, to;  // the stretch it is on
   Hit last;        // the boundary behind `from`
   RayCounters *counters;
+  uint32_t cell;
 } MediaWalk;
 
 // Boundaries in the order of their distance, then of their index, each once: those behind the last one.
@@ -101,9 +103,9 @@ static inline bool media_goes_in(const World *w, const Ray *ray, const Hit *hit)
   return v3_dot(n, d) < 0;
 }
 
-static inline MediaWalk media_walk(const World *w, const Ray *ray, MediumSet *set, RayCounters *counters)
+static inline MediaWalk media_walk(const World *w, uint32_t cell, const Ray *ray, MediumSet *set, RayCounters *counters)
 {
-  return (MediaWalk){w, *ray, set, 0, 0, {.t = -1, .instance = NO_HIT}, counters};
+  return (MediaWalk){w, *ray, set, 0, 0, {.t = -1, .instance = NO_HIT}, counters, cell};
 }
 
 // Goes on to the next stretch, if there is one.
@@ -120,36 +122,38 @@ static inline bool media_next(MediaWalk *m)
   Ray rest = m->ray;
   rest.tmin = 0.999999f * max_f(m->last.t, 0); // the next may be at the same distance; the filter knows
   Hit next = {.t = m->ray.tmax, .instance = NO_HIT};
-  if (m->world->media_accel)
-    accel_closest(m->world->media_accel, &rest, RAY_ALL, media_is_next, &m->last, m->counters, &next);
+  const Accel *boundaries = m->world->cells[m->cell].media_accel;
+  if (boundaries)
+    accel_closest(boundaries, &rest, RAY_ALL, media_is_next, &m->last, m->counters, &next);
   m->last = next;
   m->to = next.t;
   // All that has a boundary lies behind: what a walk may think it is in, it has left through an edge.
-  if (next.instance == NO_HIT && m->ray.tmax == INFINITY) *m->set = media_outside(m->world);
+  if (next.instance == NO_HIT && m->ray.tmax == INFINITY) *m->set = media_outside(m->world, m->cell);
   return true;
 }
 
 // The media at a point: by coming there from far outside.
-static inline MediumSet media_at(const World *w, Vec3 p, RayCounters *counters)
+static inline MediumSet media_at(const World *w, uint32_t cell, Vec3 p, RayCounters *counters)
 {
-  MediumSet set = media_outside(w);
-  if (!w->media_accel) return set;
-  const Vec3 lo = w->media_accel->bounds.lo, hi = w->media_accel->bounds.hi;
+  MediumSet set = media_outside(w, cell);
+  const Accel *boundaries = w->cells[cell].media_accel;
+  if (!boundaries || boundaries->root == EMPTY_TREE) return set;
+  const Vec3 lo = boundaries->bounds.lo, hi = boundaries->bounds.hi;
   const float far = 2 * (v3_length(hi - lo) + v3_length(p - lo));
   const Vec3 d = v3_normalize(v3(0.437f, 0.813f, 0.385f)); // along no axis that rooms are built by
   const Ray ray = {p + far * d, -d, 0, far};
-  MediaWalk walk = media_walk(w, &ray, &set, counters);
+  MediaWalk walk = media_walk(w, cell, &ray, &set, counters);
   while (media_next(&walk)) {}
   return set;
 }
 
 // Carries the set from one point to another, as an eye is moved.
-static inline void media_move(const World *w, MediumSet *set, Vec3 from, Vec3 to, RayCounters *counters)
+static inline void media_move(const World *w, uint32_t cell, MediumSet *set, Vec3 from, Vec3 to, RayCounters *counters)
 {
   const float distance = v3_length(to - from);
   if (!(distance > 0)) return;
   const Ray ray = {from, (to - from) / distance, 0, distance};
-  MediaWalk walk = media_walk(w, &ray, set, counters);
+  MediaWalk walk = media_walk(w, cell, &ray, set, counters);
   while (media_next(&walk)) {}
 }
 
@@ -403,12 +407,12 @@ typedef struct MediumPoint {
 } MediumPoint;
 
 // What is left of light that comes along the ray from its end. steps: of a march, 0: without error.
-static inline Vec3 media_transmittance(const World *w, const Ray *ray, MediumSet set, uint32_t seed, int32_t steps,
+static inline Vec3 media_transmittance(const World *w, uint32_t cell, const Ray *ray, MediumSet set, uint32_t seed, int32_t steps,
                                        RayCounters *counters)
 {
   Vec3 left = v3_all(1);
   MediaDice dice = {seed, 0};
-  MediaWalk walk = media_walk(w, ray, &set, counters);
+  MediaWalk walk = media_walk(w, cell, ray, &set, counters);
   while (media_next(&walk) && !v3_is_zero(left)) {
     if (!set.count) continue;
     if (!media_differ(w, &set))

@@ -8,7 +8,10 @@
 //
 // Scattering in a medium (media.h) is a bounce like one off a surface, with a phase function for its BSDF.
 //
-// Does not know gates or caustics by any means but luck.
+// The ray may have gone through gates (ways.h): the vertex and all that is local are in the cell where it ended, the
+// place it came from is in the cell where it began.
+//
+// Does not know caustics by any means but luck.
 
 #ifndef RAYFOLD_RENDER_PATH_H
 #define RAYFOLD_RENDER_PATH_H
@@ -16,7 +19,7 @@
 #include "render/hot.h"
 #include "render/media.h"
 #include "render/sampler.h"
-#include "render/trace.h"
+#include "render/ways.h"
 #include "shade/light_sample.h"
 
 // Pairs of the sampler. The film's and the lens's come first, then those of each vertex.
@@ -43,6 +46,9 @@ typedef struct Path {
   bool was_delta;    // no light could have been aimed at in that direction
   Cone cone;         // what the next ray stands for
   float share;       // of a pixel's side that this sample stands for
+  Way way;           // of the ray that arrives; its cell is that of the vertex
+  uint32_t from_cell; // of the last vertex
+  uint32_t piece;    // of a way through media
   uint8_t band;      // once dispersed, the only channel of colour it carries, 1 to 3; 0: white
 } Path;
 
@@ -58,7 +64,7 @@ typedef struct PathVertex {
 
 static inline uint32_t path_pair(const Path *p, uint32_t which)
 {
-  const uint32_t stride = PAIR_LIGHTS + 2 * (uint32_t)light_group_count(&p->pass->world->lights);
+  const uint32_t stride = PAIR_LIGHTS + 2 * (uint32_t)p->pass->world->light_groups;
   return PAIR_VERTEX + (uint32_t)p->depth * stride + which;
 }
 
@@ -118,32 +124,73 @@ static inline float path_found_weight(const Path *p, float light_pdf)
   return p->depth == 0 || p->was_delta ? 1 : mis_weight(p->scatter_pdf, light_pdf);
 }
 
+// The images in the cell where the ray began of the lamps in the cell where it ended; NULL: they are not aimed at.
+static inline const LightImage *path_images(const Path *p)
+{
+  const WorldCell *c = &p->pass->world->cells[p->from_cell];
+  for (uint32_t i = 0; i < c->image_count; i++)
+    if (c->images[i].word == p->way.word) return &c->images[i];
+  return NULL;
+}
+
+static inline int32_t path_image_of(const Path *p, int32_t emitter)
+{
+  const LightImage *image = path_images(p);
+  return image && image->emitters ? image->emitters[emitter] : -1;
+}
+
 static inline void path_add_emission(Path *p, const SurfaceMaterial *m, const SurfacePoint *s, const Ray *ray,
                                      const Hit *hit)
 {
   const World *w = p->pass->world;
   const Vec3 emitted = material_emission(m, w->textures, s);
   if (v3_is_zero(emitted)) return;
-  const int32_t emitter = m->is_light ? world_emitter(w, s) : -1;
+  int32_t emitter = m->is_light ? world_emitter(w, s) : -1;
   float weight = 1;
+  if (emitter >= 0 && p->way.crossings) emitter = path_image_of(p, emitter);
   if (emitter >= 0) {
-    const float pdf =
-        light_pdf_emitter(&w->lights, (uint32_t)emitter, p->from, p->from_n, hit->t, v3_dot(ray->d, s->ng));
+    const float pdf = light_pdf_emitter(world_lights(w, p->from_cell), (uint32_t)emitter, p->from, p->from_n,
+                                        way_length(&p->way, hit->t), v3_dot(ray->d, s->ng));
     weight = path_found_weight(p, pdf);
   }
   path_add(p, p->depth, p->throughput * emitted * weight);
 }
 
-// The ray leaves the scene: the sky, and the disks of suns.
-static inline void path_add_sky(Path *p, Vec3 d)
+// The ray leaves the scene along d, from the last gate `gates_end` along its way: the sky, and the disks of suns.
+static inline void path_add_sky(Path *p, Vec3 d, float gates_end)
 {
-  const LightSet *lights = &p->pass->world->lights;
-  Vec3 light = sky_radiance(&lights->sky, d) * path_found_weight(p, sky_pdf(&lights->sky, d));
-  for (size_t i = 0; i < lights->sun_count; i++) {
+  const World *w = p->pass->world;
+  const WorldCell *cell = &w->cells[p->way.cell];
+  const LightSet *lights = cell->lights;
+  const bool is_direct = !p->way.crossings; // through gates the sky is not aimed at, and of suns the images
+  const LightImage *image = is_direct ? NULL : path_images(p);
+  const bool is_aimed = is_direct || (image && image->first_sun != NO_IMAGE);
+  Vec3 light = sky_radiance(&lights->sky, d) * path_found_weight(p, is_direct ? sky_pdf(&lights->sky, d) : 0);
+  for (size_t i = 0; i < cell->own_suns; i++) {
     const Sun *sun = &lights->suns[i];
-    light += sun_radiance(sun, d) * path_found_weight(p, sun_pdf(sun, d));
+    light += sun_radiance(sun, d) * path_found_weight(p, is_aimed ? sun_pdf(sun, d) : 0);
+  }
+  if (!is_direct) {
+    const float left = space_fade(w->fade, gates_end);
+    light = p->way.is_lost ? w->fade_color : w->fade_color + (light - w->fade_color) * left;
   }
   path_add(p, p->depth, p->throughput * light * path_fade(p->absorption, INFINITY));
+}
+
+// Through gates lengths may have changed.
+static inline void path_rescale(Path *p)
+{
+  p->absorption = p->absorption / p->way.scale;
+  p->cone.width *= p->way.scale;
+}
+
+// What length alone takes of all that the ray brings.
+static inline void path_lose(Path *p, float length)
+{
+  const float left = space_fade(p->pass->world->fade, length);
+  if (left == 1) return;
+  path_add(p, p->depth, p->throughput * (1 - left) * p->pass->world->fade_color);
+  p->throughput *= left;
 }
 
 // The path's ray meets a surface: what is lost on the way, what shines there, and how the surface scatters.
@@ -154,9 +201,10 @@ static inline void path_arrive(Path *p, const Ray *ray, const Hit *hit, PathVert
   v->phase = NULL;
   v->m = &w->materials[v->s.material];
   v->wo = -ray->d;
-  v->width = p->cone.width + p->cone.spread * hit->t;
+  v->width = p->cone.width + p->cone.spread * (p->way.passed + hit->t);
   trace_footprint(w, ray, hit, v->width, &v->s);
   p->throughput *= path_fade(p->absorption, hit->t);
+  if (w->fade > 0 && world_has_gates(w)) path_lose(p, way_length(&p->way, hit->t));
   path_add_emission(p, v->m, &v->s, ray, hit);
   if (v->m->kind == SURFACE_MIX)
     v->m = material_choose(v->m, w->textures, &v->s, path_material_pair(p).x);
@@ -191,6 +239,8 @@ typedef struct PathLight {
   Vec3 light; // as the eye will see it
   uint32_t seed;
   uint16_t path_i, group;
+  uint32_t cell; // where the ray begins
+  uint64_t plan; // the sides of gates it is aimed through, as in Way
 } PathLight;
 
 static MEDIA_APART float path_phase(const Phase *phase, Vec3 wo, Vec3 wl)
@@ -206,6 +256,17 @@ static inline __attribute__((always_inline)) Vec3 path_eval(const PathVertex *v,
   return v3_all(*pdf);
 }
 
+// The gates that an image of a lamp is seen through; image: as a LightSample has it.
+static inline uint64_t light_plan(const World *w, uint32_t cell, uint32_t image)
+{
+  return image ? w->cells[cell].images[image - 1].word : 0;
+}
+
+static inline float path_light_fade(const World *w, const LightSample *l)
+{
+  return world_has_gates(w) && l->distance < INFINITY ? space_fade(w->fade, l->distance) : 1;
+}
+
 // What one group of lights offers the vertex; false: nothing.
 static inline bool path_sample_light(const Path *p, const PathVertex *v, const BsdfView *view, size_t group,
                                      PathLight *out)
@@ -214,19 +275,23 @@ static inline bool path_sample_light(const Path *p, const PathVertex *v, const B
   const Bsdf *b = &v->bsdf;
   const Vec2 place = path_draw(p, PAIR_LIGHTS + 2 * (uint32_t)group);
   // Only emitters are chosen among.
-  const float choice = group == 0 && w->lights.emitter_count > 1
+  const LightSet *lights = world_lights(w, p->way.cell);
+  const float choice = group == 0 && lights->emitter_count > 1
                            ? path_draw(p, PAIR_LIGHTS + 1).x
                            : 0;
   LightSample l;
   float scatter_pdf;
-  if (!light_sample(&w->lights, w->textures, group, v->s.p, path_light_side(b), choice, place, &l)) return false;
+  if (!light_sample(lights, w->textures, group, v->s.p, path_light_side(b), choice, place, &l)) return false;
   const Vec3 f = path_eval(v, view, l.wl, &scatter_pdf);
   out->light = p->throughput * f * l.radiance * path_fade(path_absorption_towards(p, v, l.wl), l.distance) *
                ((l.is_delta ? 1 : mis_weight(l.pdf, scatter_pdf)) / l.pdf);
+  if (w->fade > 0) out->light *= path_light_fade(w, &l);
   if (v3_is_zero(out->light)) return false;
   const Ray ray = trace_light_ray(&v->s, l.wl, l.distance);
   out->ray = ray_pack(&ray);
   out->seed = path_ray_seed(p, 1 + (uint32_t)group);
+  out->cell = p->way.cell;
+  out->plan = light_plan(w, p->way.cell, l.image);
   return true;
 }
 
@@ -259,6 +324,7 @@ static inline bool path_scatter(Path *p, const PathVertex *v, float choice, Ray 
   p->was_delta = next.is_delta;
   p->from = v->s.p;
   p->from_n = path_light_side(b);
+  p->from_cell = p->way.cell;
   path_widen(p, &next, v->width);
   *ray = (Ray){offset_origin(&v->s, next.wl), next.wl, 0, INFINITY};
   return true;
@@ -377,10 +443,11 @@ static inline bool path_travel(Path *p, MediumSet *set, const Ray *ray, float en
   const World *w = p->pass->world;
   Ray way = *ray;
   way.tmax = end;
-  MediaWalk walk = media_walk(w, &way, set, counters);
+  MediaWalk walk = media_walk(w, p->way.cell, &way, set, counters);
   MediaDice dice = {path_ray_seed(p, 0xffff), 0};
+  if (p->piece) dice.seed = hash_combine(dice.seed, p->piece);
   bool is_scattered = false;
-  for (uint32_t stretch = 0; !is_scattered && media_next(&walk);) {
+  for (uint32_t stretch = p->piece * STRETCHES_PAIRED; !is_scattered && media_next(&walk);) {
     if (!set->count || v3_is_zero(p->throughput)) continue;
     if (!media_differ(w, set))
       is_scattered = path_through(p, set, ray, walk.from, walk.to, stretch++, out);
@@ -402,6 +469,7 @@ static MEDIA_APART bool path_scatter_medium(Path *p, const MediumPoint *at, Ray 
   p->was_delta = false;
   p->from = at->p;
   p->from_n = v3_all(0);
+  p->from_cell = p->way.cell;
   path_widen(p, &(BsdfSample){.pdf = p->scatter_pdf}, p->cone.width + p->cone.spread * at->t);
   *ray = (Ray){at->p, wl, 0, INFINITY};
   return true;
@@ -429,6 +497,14 @@ static inline void path_first_hit(const RenderPass *pass, const SurfacePoint *s,
   out->depth = e->kind == EYE_PANORAMIC ? hit->t : v3_dot(e->frame.p - s->p, e->frame.z);
   out->object = pass->world->instances[s->instance].object_i + 1;
   out->material = s->material + 1;
+}
+
+// What was seen through gates lies for the eye where it seems to be: along its own ray.
+static inline void path_unfold(const Eye *e, const PackedRay *packed, float length, FilmSample *seen)
+{
+  const Ray ray = ray_unpack(packed);
+  seen->position = ray.o + length * ray.d;
+  seen->depth = e->kind == EYE_PANORAMIC ? length : v3_dot(e->frame.p - seen->position, e->frame.z);
 }
 
 // The same where the first thing is a medium: for what looks for edges, a surface that faces the viewer.

@@ -98,6 +98,7 @@ static void render_samples(const Run *r, uint32_t first, uint32_t end, Tile tile
       pass.world = m->world;
       pass.eye = m->eye;
     }
+    if (pass.eye.cell >= pass.world->cell_count) pass.eye.cell = 0;
     pass.first_sample = sample;
     pass.end_sample = sample + step;
     if (!r->hot->render_tile(&pass, tile, worker)) return;

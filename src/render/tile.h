@@ -17,11 +17,11 @@ static inline void block_view(Wave *w)
   const bool is_cost = w->pass->settings.integrator == INTEGRATOR_COST;
   if (!is_cost) wave_look(w);
   for (size_t i = 0; i < w->count; i++) {
-    const Ray ray = ray_unpack(&w->rays[i]);
+    Ray ray = ray_unpack(&w->rays[i]);
     const RayCounters before = *w->counters;
     if (is_cost)
-      trace_closest(w->pass->world, &ray, RAY_CAMERA, w->queries[i].seed, w->counters, &w->hits[i]);
-    w->seen[i] = view_render(w->pass, ray, w->paths[i].cone, &w->hits[i], view_cost(&before, w->counters));
+      way_closest(w->pass->world, &ray, &w->ways[i], RAY_CAMERA, w->queries[i].seed, w->counters, &w->hits[i]);
+    w->seen[i] = view_render(w->pass, ray, &w->ways[i], &w->eye_rays[i], w->paths[i].cone, &w->hits[i], view_cost(&before, w->counters));
   }
 }
 

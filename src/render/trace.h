@@ -16,6 +16,7 @@
 typedef struct TraceQuery {
   const World *world;
   uint32_t seed; // one a ray
+  uint32_t without, aim; // gates not to be met: that it came out of, that it is aimed through; 1 + gate, 0: none
 } TraceQuery;
 
 static inline SurfacePoint trace_surface(const World *w, const Ray *ray, const Hit *hit)
@@ -44,12 +45,29 @@ static inline uint32_t trace_place(const World *w, const Hit *hit)
   return hash_combine(hit->prim, bits);
 }
 
+// Does a gate, or what is left of an instance that goes through one, count where the ray meets it?
+static bool trace_counts_gate(const TraceQuery *q, const Ray *ray, const Hit *hit)
+{
+  const World *w = q->world;
+  const WorldInstance *i = &w->instances[hit->instance];
+  if (i->clip) {
+    const WorldClip *c = &w->clips[i->clip - 1];
+    return v3_dot(c->n, ray->o + hit->t * ray->d) > c->c;
+  }
+  if (i->gate == q->without || i->gate == q->aim) return false;
+  const SpaceGate *g = &w->space.gates[i->gate - 1];
+  return g->side[gate_side_at(g, ray, hit->t)].cell != NO_CELL;
+}
+
 // Does the surface stop this ray? Coverage is settled by comparing with a hash (stochastic transparency, Enderton et
 // al. 2010): right on average, and each path sees a surface that is there or not.
 static bool trace_counts(const void *user, const Ray *ray, const Hit *hit)
 {
   const TraceQuery *q = user;
   const World *w = q->world;
+  const WorldInstance *i = &w->instances[hit->instance];
+  if ((i->gate || i->clip) && !trace_counts_gate(q, ray, hit)) return false;
+  if (i->gate) return true;
   const SurfaceMaterial *m = &w->materials[world_material(w, hit)];
   if (!m->needs_filter) return true;
   SurfacePoint s = trace_surface(w, ray, hit);
@@ -58,17 +76,6 @@ static bool trace_counts(const void *user, const Ray *ray, const Hit *hit)
   const float opacity = material_opacity(m, w->textures, &s);
   if (opacity >= 1) return true;
   return unit_float(hash_combine(hash_combine(q->seed, hit->instance), trace_place(w, hit))) < opacity;
-}
-
-static inline bool trace_closest(const World *w, const Ray *ray, RayMask mask, uint32_t seed,
-                                 RayCounters *rays, Hit *hit)
-{
-  const TraceQuery q = {w, seed};
-  if (mask == RAY_CAMERA)
-    rays->camera_rays++;
-  else
-    rays->bounce_rays++;
-  return accel_closest(w->accel, ray, mask, trace_counts, &q, rays, hit);
 }
 
 // The ray that asks whether the way from s towards wl is free for `distance`. It ends short of the light, whose own

@@ -36,20 +36,23 @@ static inline Vec3 view_cost(const RayCounters *before, const RayCounters *after
 }
 
 // hit: of the camera's ray; cost: of finding it.
-static inline FilmSample view_render(const RenderPass *pass, Ray ray, Cone cone, const Hit *hit, Vec3 cost)
+static inline FilmSample view_render(const RenderPass *pass, Ray ray, const Way *way, const PackedRay *eye_ray_of,
+                                     Cone cone, const Hit *hit, Vec3 cost)
 {
   const World *w = pass->world;
   FilmSample out = {.alpha = 1};
   if (pass->settings.integrator == INTEGRATOR_COST) out.radiance = cost;
   if (hit->instance == NO_HIT) {
-    if (pass->settings.transparent) out.alpha = 0;
+    if (way->is_lost) out.radiance = w->fade_color;
+    else if (pass->settings.transparent) out.alpha = 0;
     return out;
   }
   SurfacePoint s = trace_surface(w, &ray, hit);
-  trace_footprint(w, &ray, hit, cone.width + cone.spread * hit->t, &s);
+  trace_footprint(w, &ray, hit, cone.width * way->scale + cone.spread * hit->t, &s);
   Bsdf b;
   material_bsdf(&w->materials[s.material], w->textures, &s, -ray.d, &b);
   path_first_hit(pass, &s, hit, bsdf_albedo(&b), &out);
+  if (way->is_moved) path_unfold(&pass->eye, eye_ray_of, way_length(way, hit->t), &out);
   switch ((Integrator)pass->settings.integrator) {
   case INTEGRATOR_NORMAL: out.radiance = 0.5f * out.normal + v3_all(0.5f); break;
   case INTEGRATOR_DEPTH: out.radiance = v3_all(1 / (1 + max_f(out.depth, 0))); break; // near is bright

@@ -32,6 +32,7 @@ typedef struct Wave {
   size_t going; // paths still on their way
   uint16_t path_of[WAVE_SIZE];
   PackedRay rays[WAVE_SIZE];
+  Way ways[WAVE_SIZE]; // of the rays
   TraceQuery queries[WAVE_SIZE];
   Hit hits[WAVE_SIZE];
   BatchHabit habits[DEPTHS_APART + LIGHT_GROUPS_APART];
@@ -42,13 +43,18 @@ typedef struct Wave {
   // In worlds with media: where the eye, the paths and the rays to lights are in.
   bool has_media;
   MediumSet eye_media, media[WAVE_SIZE], light_media[WAVE_LIGHTS];
+
+  // In worlds with gates: what the camera's rays were, and, with media, who was scattered before a gate, by path.
+  PackedRay eye_rays[WAVE_SIZE];
+  bool is_scattered[WAVE_SIZE];
+  MediumPoint scattered[WAVE_SIZE];
 } Wave;
 
 // Once for all waves of a pass.
 static inline void wave_place_eye(Wave *w, const RenderPass *pass, RayCounters *counters)
 {
   w->has_media = pass->world->media_count > 0 && pass->settings.integrator == INTEGRATOR_PATH;
-  if (w->has_media) w->eye_media = media_at(pass->world, pass->eye.frame.p, counters);
+  if (w->has_media) w->eye_media = media_at(pass->world, pass->eye.cell, pass->eye.frame.p, counters);
 }
 
 static inline void wave_begin(Wave *w, const RenderPass *pass, RayCounters *counters)
@@ -63,7 +69,7 @@ static inline void wave_begin(Wave *w, const RenderPass *pass, RayCounters *coun
 static MEDIA_APART void wave_place_path(Wave *w, size_t i, Vec3 from)
 {
   w->media[i] = w->eye_media;
-  media_move(w->pass->world, &w->media[i], w->pass->eye.frame.p, from, w->counters);
+  media_move(w->pass->world, w->pass->eye.cell, &w->media[i], w->pass->eye.frame.p, from, w->counters);
 }
 
 // Adds the path of one sample of a pixel.
@@ -91,25 +97,50 @@ static inline void wave_add(Wave *w, uint32_t x, uint32_t y, uint32_t sample)
                        .share = share};
   w->seen[i] = (FilmSample){.alpha = 1};
   w->path_of[i] = (uint16_t)i;
-  w->rays[i] = ray_pack(&ray);
-  w->queries[i] = (TraceQuery){pass->world, path_ray_seed(&w->paths[i], 0)};
+  w->rays[i] = w->eye_rays[i] = ray_pack(&ray);
+  w->ways[i] = way_begin(pass->eye.cell);
+  w->queries[i] = (TraceQuery){pass->world, path_ray_seed(&w->paths[i], 0), 0, 0};
+  w->is_scattered[i] = false;
   if (w->has_media) wave_place_path(w, i, ray.o);
+}
+
+// A ray in media comes to a gate: what becomes of its light on the way there, and what it is in beyond.
+static MEDIA_APART bool wave_pass_gate(void *wave, uint16_t i, const Ray *ray, const SpaceExit *end)
+{
+  Wave *w = wave;
+  const World *world = w->pass->world;
+  const size_t path_i = w->path_of[i];
+  Path *p = &w->paths[path_i];
+  const Vec3 absorption = p->absorption;
+  p->way = w->ways[i];
+  p->piece = p->way.crossings;
+  p->absorption = absorption / p->way.scale;
+  w->is_scattered[path_i] = path_travel(p, &w->media[path_i], ray, end->t, w->counters, &w->scattered[path_i]);
+  if (!w->is_scattered[path_i]) p->throughput *= path_fade(p->absorption, end->t);
+  p->absorption = absorption;
+  if (w->is_scattered[path_i]) return false;
+  const GateSide *side = &world->space.gates[end->gate].side[end->side];
+  w->media[path_i] = media_at(world, side->cell, frame_point(&side->map, ray->o + end->t * ray->d), w->counters);
+  return true;
+}
+
+static MEDIA_APART void wave_find_in_media(Wave *w, RayMask mask, BatchHabit *habit)
+{
+  Ways q = {.world = w->pass->world, .rays = w->rays, .ways = w->ways, .queries = w->queries, .hits = w->hits, .mask = mask,
+            .counters = w->counters, .habit = habit, .passes = wave_pass_gate, .user = w, .open_count = w->going};
+  for (size_t i = 0; i < w->going; i++) q.open[i] = (uint16_t)i;
+  while (q.open_count) ways_step(&q);
 }
 
 // What the rays meet that are on their way.
 static inline void wave_find(Wave *w, RayMask mask)
 {
   *(mask == RAY_CAMERA ? &w->counters->camera_rays : &w->counters->bounce_rays) += w->going;
-  accel_ask(&(Batch){.accel = w->pass->world->accel,
-                     .rays = w->rays,
-                     .count = w->going,
-                     .mask = mask,
-                     .filter = trace_counts,
-                     .user = w->queries,
-                     .user_stride = sizeof *w->queries,
-                     .counters = w->counters,
-                     .habit = &w->habits[w->depth < DEPTHS_APART ? w->depth : DEPTHS_APART - 1],
-                     .hits = w->hits});
+  BatchHabit *habit = &w->habits[w->depth < DEPTHS_APART ? w->depth : DEPTHS_APART - 1];
+  if (w->has_media && world_has_gates(w->pass->world))
+    wave_find_in_media(w, mask, habit);
+  else
+    ways_closest(w->pass->world, w->rays, w->ways, w->queries, w->going, mask, w->counters, habit, w->hits);
 }
 
 static inline void wave_look(Wave *w)
@@ -128,35 +159,55 @@ static inline void wave_ask_lights(Wave *w, int group, bool *is_blocked)
   TraceQuery queries[WAVE_LIGHTS];
   uint8_t blocked[WAVE_LIGHTS];
   uint16_t light_of[WAVE_LIGHTS];
+  Way ways[WAVE_LIGHTS];
+  uint64_t plans[WAVE_LIGHTS];
+  const World *world = w->pass->world;
+  const bool has_gates = world_has_gates(world);
   size_t count = 0;
   for (size_t i = 0; i < w->light_count; i++) {
     const PathLight *l = &w->lights[i];
     if (l->group != group) continue;
     rays[count] = l->ray;
-    queries[count] = (TraceQuery){w->pass->world, l->seed};
+    queries[count] = (TraceQuery){world, l->seed, 0, 0};
+    if (has_gates) {
+      ways[count] = way_begin(l->cell);
+      plans[count] = l->plan;
+    }
     light_of[count++] = (uint16_t)i;
   }
   w->counters->shadow_rays += count;
-  accel_ask(&(Batch){.accel = w->pass->world->accel,
-                     .rays = rays,
-                     .count = count,
-                     .mask = RAY_SHADOW,
-                     .filter = trace_counts,
-                     .user = queries,
-                     .user_stride = sizeof *queries,
-                     .counters = w->counters,
-                     .habit = &w->habits[DEPTHS_APART + group],
-                     .blocked = blocked});
+  BatchHabit *habit = &w->habits[DEPTHS_APART + group];
+  if (has_gates)
+    ways_blocked(world, rays, ways, plans, queries, count, RAY_SHADOW, w->counters, habit, blocked);
+  else
+    cell_ask(world, 0, rays, queries, count, RAY_SHADOW, w->counters, habit, NULL, blocked);
   for (size_t k = 0; k < count; k++) is_blocked[light_of[k]] = blocked[k];
 }
 
 static MEDIA_APART void wave_fade_light(Wave *w, size_t i)
 {
   PathLight *l = &w->lights[i];
-  const Ray ray = ray_unpack(&l->ray);
+  const World *world = w->pass->world;
   const RenderSettings *settings = &w->pass->settings;
   const int32_t steps = settings->volumes == VOLUMES_MARCH ? settings->volume_steps : 0;
-  l->light *= media_transmittance(w->pass->world, &ray, w->light_media[i], hash_combine(l->seed, 1), steps, w->counters);
+  PackedRay packed = l->ray;
+  Way way = way_begin(l->cell);
+  MediumSet set = w->light_media[i];
+  uint64_t plan = l->plan;
+  for (uint32_t piece = 1;; piece++, plan >>= 16) {
+    Ray ray = ray_unpack(&packed);
+    const uint32_t gate = (uint32_t)(plan & 0xffff) - 1;
+    const int side = (int)(gate & 1);
+    if (plan) ray.tmax = gate_meet(&world->space.gates[gate / 2], side, &ray);
+    l->light *= media_transmittance(world, way.cell, &ray, set, hash_combine(l->seed, piece), steps, w->counters);
+    if (!plan || !(ray.tmax < INFINITY)) return;
+    const float t = ray.tmax;
+    ray.tmax = packed.tmax;
+    way_cross(&world->space, &way, gate / 2, side, t, &ray);
+    packed = ray_pack(&ray);
+    way_move_origin(&way, &packed);
+    set = media_at(world, way.cell, v3_load(packed.o), w->counters);
+  }
 }
 
 // Adds the light that nothing is in the way of, in the order it was offered.
@@ -175,7 +226,7 @@ static inline void wave_add_lights(Wave *w)
 
 static inline void wave_sample_lights(Wave *w, const Path *p, const PathVertex *v)
 {
-  const size_t groups = light_group_count(&w->pass->world->lights);
+  const size_t groups = light_group_count(world_lights(w->pass->world, p->way.cell));
   const BsdfView view = bsdf_view(&v->bsdf, frame_local(&v->bsdf.frame, v->wo));
   for (size_t g = 0; g < groups; g++) {
     if (w->light_count == WAVE_LIGHTS) wave_add_lights(w);
@@ -198,8 +249,17 @@ static inline void wave_sample_lights(Wave *w, const Path *p, const PathVertex *
 // Takes a path through the media on its way. True if it is scattered there.
 static MEDIA_APART bool wave_travel(Wave *w, Path *p, const Ray *ray, float end, MediumPoint *at, FilmSample *seen)
 {
-  if (!path_travel(p, &w->media[p - w->paths], ray, end, w->counters, at)) return false;
-  if (p->depth == 0) path_first_medium(w->pass, ray, at, seen);
+  const size_t i = (size_t)(p - w->paths);
+  p->piece = p->way.crossings;
+  if (w->is_scattered[i])
+    *at = w->scattered[i];
+  else if (!path_travel(p, &w->media[i], ray, end, w->counters, at))
+    return false;
+  w->is_scattered[i] = false;
+  if (p->depth == 0) {
+    path_first_medium(w->pass, ray, at, seen);
+    if (p->way.is_moved) path_unfold(&w->pass->eye, &w->eye_rays[i], way_length(&p->way, at->t), seen);
+  }
   return true;
 }
 
@@ -207,14 +267,17 @@ static MEDIA_APART bool wave_travel(Wave *w, Path *p, const Ray *ray, float end,
 static inline bool wave_arrive(Wave *w, Path *p, const Ray *ray, const Hit *hit, PathVertex *v, FilmSample *seen)
 {
   if (hit->instance == NO_HIT) {
-    if (p->depth == 0 && w->pass->settings.transparent)
+    if (p->depth == 0 && w->pass->settings.transparent && !p->way.is_lost)
       seen->alpha = w->has_media ? 1 - v3_mean(p->throughput) : 0; // media cover by what they take
     else
-      path_add_sky(p, ray->d);
+      path_add_sky(p, ray->d, way_length(&p->way, ray->tmin));
     return false;
   }
   path_arrive(p, ray, hit, v);
-  if (p->depth == 0) path_first_hit(w->pass, &v->s, hit, bsdf_albedo(&v->bsdf), seen);
+  if (p->depth == 0) {
+    path_first_hit(w->pass, &v->s, hit, bsdf_albedo(&v->bsdf), seen);
+    if (p->way.is_moved) path_unfold(&w->pass->eye, &w->eye_rays[p - w->paths], way_length(&p->way, hit->t), seen);
+  }
   return v->m->kind != SURFACE_EMISSION;
 }
 
@@ -283,10 +346,13 @@ static inline __attribute__((always_inline)) void wave_advance(Wave *w, WaveStep
     const size_t path_i = w->path_of[i];
     Path *p = &w->paths[path_i];
     Ray ray = ray_unpack(&w->rays[i]);
+    p->way = w->ways[i];
+    if (p->way.crossings) path_rescale(p);
     if (!step(user, p, &ray, &w->hits[i], &w->seen[path_i])) continue;
     p->depth++;
     w->path_of[left] = (uint16_t)path_i;
     w->rays[left] = ray_pack(&ray);
+    w->ways[left] = way_begin(p->way.cell);
     w->queries[left++].seed = path_ray_seed(p, 0);
   }
   wave_add_lights(w);

@@ -148,6 +148,7 @@ static inline void whitted_look(Whitted *t)
   memset(t->signature, 0, sizeof t->signature);
   for (size_t i = 0; i < WHITTED_SIZE; i++) {
     t->list_int[GO_WAY][i] = 1;
+    t->list_int[GO_CELL][i] = pass->eye.cell;
     t->list_int[GO_INFO][i] = (uint32_t)i | 1u << INFO_REFRACTED;
   }
   for (size_t i = 0; i < t->count; i++) {
@@ -172,6 +173,7 @@ static inline void whitted_send(Whitted *t, int lane, unsigned bits, Wide3 weigh
   for (int k = 0; k < GO_ROWS; k++) wx_squeeze(&t->list[k][t->height], bits, rows[k]);
   const wxu way = wxu_load(&t->go_int[GO_WAY][lane]), info = wxu_load(&t->go_int[GO_INFO][lane]) + (1u << INFO_LEVEL);
   wxu_squeeze(&t->list_int[GO_WAY][t->height], bits, wxu_hash_combine(way, wxu_set(2 + is_refracted)));
+  wxu_squeeze(&t->list_int[GO_CELL][t->height], bits, wxu_load(&t->go_int[GO_CELL][lane]));
   wxu_squeeze(&t->list_int[GO_INFO][t->height], bits, is_refracted ? info : info & ~(1u << INFO_REFRACTED));
   t->height += (size_t)__builtin_popcount(bits);
 }

@@ -55,11 +55,16 @@ static inline Wide3 whitted_reflect(const Whitted *t, int lane, unsigned bits, W
 
 // --- aiming -------------------------------------------------------------------------------------------
 
+static inline size_t whitted_light_count(const LightSet *set)
+{
+  return (set->emitter_count > MOST_LIGHTS ? 1 : set->emitter_count) + set->sun_count;
+}
+
 // One place, any light.
 static inline bool whitted_sample(const Whitted *t, size_t i, size_t light, LightSample *l)
 {
   const World *w = t->pass->world;
-  const LightSet *set = &w->lights;
+  const LightSet *set = world_lights(w, t->go_int[GO_CELL][i]);
   const bool is_soft = w->whitted.soft_shadows, by_chance = set->emitter_count > MOST_LIGHTS;
   const Vec3 p = whitted_row3(t->at + AT_P, i), n = whitted_row3(t->at + AT_N, i);
   const uint32_t way = t->go_int[GO_WAY][i];
@@ -68,6 +73,7 @@ static inline bool whitted_sample(const Whitted *t, size_t i, size_t light, Ligh
   Vec2 u = {0, 0};
   if (is_soft || by_chance) u = sample_pair(&sampler, PAIR_VERTEX + (hash_combine(way, (uint32_t)light) >> 8));
   *l = (LightSample){.pdf = 0};
+  if (light >= whitted_light_count(set)) return false;
   if (light >= (by_chance ? 1 : set->emitter_count))
     return sun_sample(&set->suns[light - (by_chance ? 1 : set->emitter_count)], u, l);
   if (by_chance) {
@@ -75,6 +81,7 @@ static inline bool whitted_sample(const Whitted *t, size_t i, size_t light, Ligh
     return emitter_sample(set, w->textures, p, n, choice, u, l);
   }
   const Emitter *e = &set->emitters[light];
+  l->image = e->image;
   if (!is_soft && e->kind == EMITTER_QUAD) u = (Vec2){0.5f, 0.5f};
   if (!is_soft && e->kind == EMITTER_TRIANGLE) u = (Vec2){4.0f / 9, 0.5f};
   switch ((EmitterKind)e->kind) {
@@ -95,6 +102,10 @@ static inline bool whitted_aim_one(Whitted *t, size_t i, size_t light)
   Vec3 arriving = l.radiance / l.pdf;
   const bool is_classic = t->pass->world->whitted.light_units == LIGHT_UNITS_CLASSIC;
   if (is_classic && l.is_delta && l.distance < INFINITY) arriving = arriving * (l.distance * l.distance);
+  if (world_has_gates(t->pass->world)) {
+    t->plans[i] = light_plan(t->pass->world, t->go_int[GO_CELL][i], l.image);
+    arriving = arriving * path_light_fade(t->pass->world, &l);
+  }
   whitted_set3(t->at + AT_WL, i, l.wl);
   whitted_set3(t->at + AT_ARRIVING, i, arriving);
   t->at[AT_DISTANCE][i] = l.distance;
@@ -125,7 +136,7 @@ static inline unsigned whitted_aim_sun(Whitted *t, int lane, unsigned bits, cons
 static inline unsigned whitted_aim_group(Whitted *t, int lane, unsigned bits, size_t light)
 {
   const LightSet *set = &t->pass->world->lights;
-  const bool by_chance = set->emitter_count > MOST_LIGHTS;
+  const bool by_chance = set->emitter_count > MOST_LIGHTS || world_has_gates(t->pass->world); // then lanes have lights of their own
   if (!by_chance && light < set->emitter_count) {
     const Emitter *e = &set->emitters[light];
     if (e->kind == EMITTER_POINT && !e->profile) return whitted_aim_point(t, lane, bits, e);
@@ -258,7 +269,11 @@ static inline void whitted_through(Whitted *t, WhittedLights *l, RayMask mask)
   for (int pane = 0; l->count; pane++) {
     size_t kept = 0;
     t->counters->shadow_rays += l->count;
-    whitted_ask(t, l->rays, l->count, mask, l->queries, 3, hits, NULL);
+    for (size_t k = 0, n; k < l->count; k += n) { // those in one cell together
+      const uint32_t cell = t->go_int[GO_CELL][l->of[k]];
+      for (n = 1; k + n < l->count && t->go_int[GO_CELL][l->of[k + n]] == cell; n++) {}
+      whitted_ask(t, cell, l->rays + k, n, mask, l->queries + k, 3, hits + k, NULL);
+    }
     for (size_t k = 0; k < l->count; k++) {
       const size_t i = l->of[k];
       const Hit *hit = &hits[k];
@@ -291,21 +306,34 @@ static inline Ray whitted_light_ray(const Whitted *t, size_t i)
 static inline uint64_t whitted_shadows_by_trees(Whitted *t, uint64_t asked, size_t light, bool is_transparent)
 {
   const World *w = t->pass->world;
-  const RayMask mask = w->has_background ? RAY_ACTOR_SHADOW : RAY_SHADOW;
+  const bool has_gates = world_has_gates(w);
+  const RayMask mask = w->has_background && !has_gates ? RAY_ACTOR_SHADOW : RAY_SHADOW;
   WhittedLights l = {.count = 0};
   uint8_t blocked[WHITTED_SIZE];
   for (uint64_t left = asked; left; left &= left - 1) {
     const size_t i = (size_t)__builtin_ctzll(left);
     const Ray ray = whitted_light_ray(t, i);
     l.rays[l.count] = ray_pack(&ray);
-    l.queries[l.count] = (TraceQuery){w, whitted_seed(t, i, 1 + (uint32_t)light)};
+    l.queries[l.count] = (TraceQuery){w, whitted_seed(t, i, 1 + (uint32_t)light), 0, 0};
     l.of[l.count++] = (uint8_t)i;
   }
-  whitted_ask(t, l.rays, l.count, mask, l.queries, 2, NULL, blocked);
+  if (has_gates) {
+    Way ways[WHITTED_SIZE];
+    uint64_t plans[WHITTED_SIZE];
+    for (size_t k = 0; k < l.count; k++) {
+      ways[k] = way_begin(t->go_int[GO_CELL][l.of[k]]);
+      plans[k] = t->plans[l.of[k]];
+    }
+    ways_blocked(w, l.rays, ways, plans, l.queries, l.count, mask, t->counters, &t->habits[2], blocked);
+  } else {
+    whitted_ask(t, 0, l.rays, l.count, mask, l.queries, 2, NULL, blocked);
+  }
   size_t kept = 0;
   for (size_t k = 0; k < l.count; k++) {
     if (!blocked[k]) continue;
-    if (!is_transparent || !w->has_panes) asked &= ~(1ull << l.of[k]);
+    const bool is_dark = !is_transparent || !w->has_panes || (has_gates && t->plans[l.of[k]]); // beyond gates glass is dark
+    if (is_dark) asked &= ~(1ull << l.of[k]);
+    if (is_dark) continue;
     l.rays[kept] = l.rays[k];
     l.queries[kept] = l.queries[k];
     l.of[kept++] = l.of[k];
@@ -344,14 +372,13 @@ static inline void whitted_shade(Whitted *t, uint64_t lit, size_t light)
   }
 }
 
-static inline size_t whitted_light_count(const LightSet *set)
-{
-  return (set->emitter_count > MOST_LIGHTS ? 1 : set->emitter_count) + set->sun_count;
-}
-
 static inline void whitted_light(Whitted *t)
 {
-  const size_t lights = whitted_light_count(&t->pass->world->lights);
+  size_t lights = 0;
+  for (uint32_t c = 0; c < t->pass->world->cell_count; c++) {
+    const size_t count = whitted_light_count(world_lights(t->pass->world, c));
+    lights = count > lights ? count : lights;
+  }
   for (size_t k = 0; k < lights && t->lives; k++) whitted_shade(t, whitted_shadows(t, whitted_aim(t, k), k), k);
 }
 

@@ -25,8 +25,8 @@ _Static_assert((int)WHITTED_SIZE == (int)WAVE_SIZE, "a block's pixels are one pa
 // Rows of rays, three for each vector: what they may still bring to their pixels; what is absorbed a metre; their cones.
 enum { GO_O = 0, GO_D = 3, GO_WEIGHT = 6, GO_FADE = 9, GO_WIDTH = 12, GO_SPREAD, GO_ROWS };
 // And of integers: the place in the pixel's tree of rays, as a hash of mirrors and refractions so far; the pixel, and from
-// these bits on the level and whether it was refracted all the way.
-enum { GO_WAY, GO_INFO, GO_INT_ROWS };
+// these bits on the level and whether it was refracted all the way; the cell it begins in.
+enum { GO_WAY, GO_INFO, GO_CELL, GO_INT_ROWS };
 enum { INFO_LEVEL = 8, INFO_REFRACTED = 16 };
 
 // Rows of places: P, the normal on the eye's side and the outward one; what the surface is; how much light it sends so
@@ -85,6 +85,11 @@ typedef struct Whitted {
   SurfacePoint surface[WHITTED_SIZE];
   const SurfaceMaterial *material[WHITTED_SIZE];
   BatchHabit habits[4];
+  // In worlds with gates.
+  Way ways[WHITTED_SIZE];           // of the rays that go
+  float last_gate[WHITTED_SIZE];    // along them, 0: none
+  uint64_t plans[WHITTED_SIZE];     // the gates that the light is aimed through
+  PackedRay eye_rays[WHITTED_SIZE]; // of the pixels
 } Whitted;
 
 static inline Wide3 whitted_go3(const Whitted *t, int row, int lane) { return w3_load(&t->go[row][lane], WHITTED_ROW); }
@@ -127,11 +132,11 @@ static inline uint32_t whitted_seed(const Whitted *t, size_t i, uint32_t which)
 // Who lives and is lit by a model: bits of the group that begins at a lane.
 static inline unsigned whitted_bits(uint64_t set, int lane) { return (unsigned)(set >> lane) & WIDEST_BITS; }
 
-// Rays ask the trees here, and only here.
-static inline void whitted_ask(Whitted *t, const PackedRay *rays, size_t count, RayMask mask, const TraceQuery *queries,
-                               int habit, Hit *hits, uint8_t *blocked)
+// Rays ask the trees here, or go through gates (ways.h).
+static inline void whitted_ask(Whitted *t, uint32_t cell, const PackedRay *rays, size_t count, RayMask mask,
+                               const TraceQuery *queries, int habit, Hit *hits, uint8_t *blocked)
 {
-  accel_ask(&(Batch){.accel = t->pass->world->accel, .rays = rays, .count = count, .mask = mask, .filter = trace_counts,
+  accel_ask(&(Batch){.accel = t->pass->world->cells[cell].accel, .rays = rays, .count = count, .mask = mask, .filter = trace_counts,
                      .user = queries, .user_stride = sizeof *queries, .counters = t->counters,
                      .habit = &t->habits[habit], .hits = hits, .blocked = blocked});
 }

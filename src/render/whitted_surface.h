@@ -21,10 +21,10 @@ static inline void whitted_find_masked(Whitted *t, bool is_first, RayMask mask)
     if (!is_first && t->hits[i].instance != NO_HIT) continue;
     const Ray ray = whitted_ray(t, i);
     rays[count] = ray_pack(&ray);
-    queries[count] = (TraceQuery){t->pass->world, whitted_seed(t, i, 0)};
+    queries[count] = (TraceQuery){t->pass->world, whitted_seed(t, i, 0), 0, 0};
     of[count++] = (uint16_t)i;
   }
-  if (count) whitted_ask(t, rays, count, mask, queries, whitted_level(t, 0) > 0, hits, NULL);
+  if (count) whitted_ask(t, 0, rays, count, mask, queries, whitted_level(t, 0) > 0, hits, NULL);
   for (size_t k = 0; k < count; k++) t->hits[of[k]] = hits[k];
 }
 
@@ -35,6 +35,33 @@ static inline void whitted_find_by_trees(Whitted *t, RayMask actors, RayMask bac
   for (size_t i = 0; i < t->going; i++) {
     t->t[i] = t->hits[i].t;
     if (t->hits[i].instance != NO_HIT) t->met |= 1ull << i;
+  }
+}
+
+// Through gates, where roles are not told apart: the rays become those of their last pieces.
+static inline void whitted_find_through_gates(Whitted *t, RayMask mask)
+{
+  PackedRay rays[WHITTED_SIZE];
+  TraceQuery queries[WHITTED_SIZE];
+  for (size_t i = 0; i < t->going; i++) {
+    const Ray ray = whitted_ray(t, i);
+    rays[i] = ray_pack(&ray);
+    t->ways[i] = way_begin(t->go_int[GO_CELL][i]);
+    queries[i] = (TraceQuery){t->pass->world, whitted_seed(t, i, 0), 0, 0};
+    if (whitted_level(t, i) == 0) t->eye_rays[whitted_pixel(t, i)] = rays[i];
+  }
+  ways_closest(t->pass->world, rays, t->ways, queries, t->going, mask, t->counters, &t->habits[whitted_level(t, 0) > 0], t->hits);
+  for (size_t i = 0; i < t->going; i++) {
+    const Way *way = &t->ways[i];
+    t->t[i] = t->hits[i].t;
+    t->last_gate[i] = way_length(way, rays[i].tmin);
+    if (t->hits[i].instance != NO_HIT) t->met |= 1ull << i;
+    if (!way->crossings) continue;
+    whitted_set3(t->go + GO_O, i, v3_load(rays[i].o));
+    whitted_set3(t->go + GO_D, i, v3_load(rays[i].d));
+    whitted_set3(t->go + GO_FADE, i, whitted_row3(t->go + GO_FADE, i) / way->scale);
+    t->go[GO_WIDTH][i] *= way->scale;
+    t->go_int[GO_CELL][i] = way->cell;
   }
 }
 
@@ -62,7 +89,9 @@ static inline void whitted_find(Whitted *t)
   const RayMask background = !has_background ? (RayMask)0 : is_first ? RAY_BACKGROUND_CAMERA : RAY_BACKGROUND_BOUNCE;
   *(is_first ? &t->counters->camera_rays : &t->counters->bounce_rays) += t->going;
   t->met = 0;
-  if (t->lanes)
+  if (world_has_gates(t->pass->world))
+    whitted_find_through_gates(t, is_first ? RAY_CAMERA : RAY_BOUNCE);
+  else if (t->lanes)
     whitted_find_in_lanes(t, actors, background);
   else
     whitted_find_by_trees(t, actors, background);
@@ -328,6 +357,8 @@ static inline void whitted_fill_one(Whitted *t, size_t i)
   whitted_put_skin(t, &k, lane, 1u << ((int)i - lane), w3_of(k.diffuse), w3_of(k.glow));
   if (whitted_level(t, i) > 0) return;
   path_first_hit(t->pass, s, &t->hits[i], clamp_color(k.diffuse + k.mirror + k.passed), &t->seen[whitted_pixel(t, i)]);
+  if (world_has_gates(w) && t->ways[i].is_moved)
+    path_unfold(&t->pass->eye, &t->eye_rays[whitted_pixel(t, i)], way_length(&t->ways[i], t->hits[i].t), &t->seen[whitted_pixel(t, i)]);
 }
 
 // --- all of a packet ------------------------------------------------------------------------------------
@@ -349,14 +380,43 @@ static inline void whitted_first_hit(Whitted *t, size_t i)
   out->depth = pass->eye.kind == EYE_PANORAMIC ? t->t[i] : v3_dot(pass->eye.frame.p - out->position, pass->eye.frame.z);
 }
 
+// The same of one ray that may have gone through gates.
+static inline Vec3 whitted_sky_beyond(const Whitted *t, size_t i)
+{
+  const World *w = t->pass->world;
+  const WorldCell *cell = &w->cells[t->go_int[GO_CELL][i]];
+  const Vec3 d = whitted_row3(t->go + GO_D, i);
+  if (t->ways[i].is_lost) return w->fade_color;
+  Vec3 light = sky_radiance(&cell->lights->sky, d);
+  for (size_t k = 0; k < cell->own_suns; k++) light += sun_radiance(&cell->lights->suns[k], d);
+  return t->ways[i].crossings ? w->fade_color + (light - w->fade_color) * space_fade(w->fade, t->last_gate[i]) : light;
+}
+
+// What length takes of the light of places seen, and puts in its stead.
+static inline void whitted_lose(Whitted *t)
+{
+  const World *w = t->pass->world;
+  for (uint64_t left = t->met; left; left &= left - 1) {
+    const size_t i = (size_t)__builtin_ctzll(left);
+    const float stays = space_fade(w->fade, way_length(&t->ways[i], t->t[i]));
+    if (stays == 1) continue;
+    const bool is_gone = !(stays > 1e-6f);
+    if (is_gone) t->lives &= ~(1ull << i);
+    const Vec3 shone = whitted_row3(t->at + AT_LIGHT, i);
+    whitted_set3(t->at + AT_LIGHT, i, is_gone ? w->fade_color : shone + w->fade_color * ((1 - stays) / stays));
+    if (!is_gone) whitted_set3(t->go + GO_WEIGHT, i, whitted_row3(t->go + GO_WEIGHT, i) * stays);
+  }
+}
+
 // What comes from the sky along rays that met nothing.
 static inline Wide3 whitted_sky(const Whitted *t, int lane, unsigned bits)
 {
   const LightSet *lights = &t->pass->world->lights;
   const SkyMap *sky = &lights->sky;
   const Wide3 d = whitted_go3(t, GO_D, lane);
-  if (sky->kind == SKY_MAP_CONSTANT && !lights->sun_count) return w3_of(sky->color * sky->gain);
-  if (sky->kind == SKY_MAP_GRADIENT && !lights->sun_count) {
+  const bool has_gates = world_has_gates(t->pass->world);
+  if (!has_gates && sky->kind == SKY_MAP_CONSTANT && !lights->sun_count) return w3_of(sky->color * sky->gain);
+  if (!has_gates && sky->kind == SKY_MAP_GRADIENT && !lights->sun_count) {
     const wx up = wx_min(wx_abs(d.y), wx_set(1));
     const Wide3 end = w3_choose(wx_le(wx_set(0), d.y), w3_of(sky->color), w3_of(sky->ground));
     return w3_scale(w3_add(w3_scale(w3_of(sky->horizon), 1 - up), w3_scale(end, up)), wx_set(sky->gain));
@@ -365,7 +425,7 @@ static inline Wide3 whitted_sky(const Whitted *t, int lane, unsigned bits)
   for (; bits; bits &= bits - 1) {
     const int k = __builtin_ctz(bits);
     const Vec3 along = whitted_row3(t->go + GO_D, (size_t)(lane + k));
-    const Vec3 c = sky_radiance(sky, along) + sun_radiance_seen(lights, along);
+    const Vec3 c = has_gates ? whitted_sky_beyond(t, (size_t)(lane + k)) : sky_radiance(sky, along) + sun_radiance_seen(lights, along);
     for (int i = 0; i < 3; i++) rgb[i][k] = c[i];
   }
   return w3_load(rgb[0], WIDEST);
@@ -431,9 +491,11 @@ static inline void whitted_arrive(Whitted *t)
   t->lives = t->is_back = t->is_thin = t->is_pbr = t->is_glass = t->has_own_weights = 0;
   memset(t->model, 0, sizeof t->model);
   for (int i = 0; i < (int)t->going; i += WIDEST) whitted_arrive_group(t, i, whitted_bits(all, i));
+  if (t->pass->world->fade > 0 && world_has_gates(t->pass->world)) whitted_lose(t);
   if (!t->pass->settings.transparent || whitted_level(t, 0) > 0) return;
   for (uint64_t left = all & ~t->met; left; left &= left - 1) {
     const size_t i = (size_t)__builtin_ctzll(left);
+    if (world_has_gates(t->pass->world) && t->ways[i].is_lost) continue;
     t->seen[whitted_pixel(t, i)].alpha = 0;
     whitted_set3(t->at + AT_LIGHT, i, v3_all(0));
   }

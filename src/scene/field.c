@@ -15,6 +15,9 @@ static void set_default(const Field *f, void *object)
   case FIELD_texture:
   case FIELD_object:
   case FIELD_material:
+  case FIELD_sky:
+  case FIELD_cell:
+  case FIELD_gate:
   case FIELD_medium: *(int32_t *)at = (int32_t)f->number[0]; return;
   case FIELD_color:
   case FIELD_vec3:
@@ -27,6 +30,7 @@ static void set_default(const Field *f, void *object)
     for (int i = 0; i < 2; i++) ((int32_t *)at)[i] = (int32_t)f->number[i];
     return;
   case FIELD_matrix: memset(at, 0, 12 * sizeof(float)); return;
+  case FIELD_points: *(const Points **)at = NULL; return;
   case FIELD_keys: *(const struct Keys **)at = NULL; return;
   case FIELD_text:
   case FIELD_path:

@@ -35,6 +35,10 @@ typedef enum FieldType {
   FIELD_path,     // const char *, the path of a field as edits name it; NULL means none
   FIELD_keys,     // const Keys *, owned by the scene's arena (scene/track.h); NULL means none
   FIELD_medium,   // int32_t, index of a medium in the same scene, -1 none; in files its name
+  FIELD_sky,      // int32_t, index into the scene's skies, -1 none; in files its name
+  FIELD_cell,     // int32_t, index of a cell in the same scene, -1 none; in files its name
+  FIELD_gate,     // int32_t, index of a gate in the same scene, -1 none; in files its name
+  FIELD_points,   // const Points *, owned by the scene's arena; NULL means none
 } FieldType;
 
 typedef struct Field {
@@ -65,6 +69,10 @@ typedef struct Field {
 #define FIELD_C_path(n)     const char *n;
 #define FIELD_C_keys(n)     const struct Keys *n;
 #define FIELD_C_medium(n)   int32_t n;
+#define FIELD_C_sky(n)      int32_t n;
+#define FIELD_C_cell(n)     int32_t n;
+#define FIELD_C_gate(n)     int32_t n;
+#define FIELD_C_points(n)   const struct Points *n;
 
 #define FIELD_UNPAREN(...)  __VA_ARGS__
 #define FIELD_D_real(d)     .number = {d}
@@ -84,6 +92,10 @@ typedef struct Field {
 #define FIELD_D_path(d)     .text = d
 #define FIELD_D_keys(d)     .number = {0}
 #define FIELD_D_medium(d)   .number = {d}
+#define FIELD_D_sky(d)      .number = {d}
+#define FIELD_D_cell(d)     .number = {d}
+#define FIELD_D_gate(d)     .number = {d}
+#define FIELD_D_points(d)   .number = {0}
 
 #define FIELD_MEMBER(type, name, dflt, lo, hi, unit, sentence) FIELD_C_##type(name)
 #define FIELD_ROW(type_, name_, dflt, lo, hi, unit_, sentence_)                             \
@@ -93,6 +105,13 @@ typedef struct Field {
   typedef struct Name {          \
     LIST(FIELD_MEMBER)           \
   } Name
+
+// Corners of a flat outline, in order.
+typedef struct Points {
+  int32_t count;
+  float xy[]; // 2 a corner
+} Points;
+enum { LEAST_POINTS = 3, MOST_POINTS = 64 };
 
 #define NO_LIMIT FLT_MAX // as high: no upper bound but that of a float; -NO_LIMIT as low
 

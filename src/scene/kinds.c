@@ -39,6 +39,27 @@ static const Field sky_image_fields[] = {SKY_IMAGE_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER SkySun
 static const Field sky_sun_fields[] = {SKY_SUN_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER CellCommon
+static const Field cell_fields[] = {CELL_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER GateCommon
+static const Field gate_fields[] = {GATE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER GateRect
+static const Field gate_rect_fields[] = {GATE_RECT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER GatePolygon
+static const Field gate_polygon_fields[] = {GATE_POLYGON_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER GateBox
+static const Field gate_box_fields[] = {GATE_BOX_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER GateSphere
+static const Field gate_sphere_fields[] = {GATE_SPHERE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER LightCommon
+static const Field light_fields[] = {LIGHT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER TextureCommon
 static const Field texture_fields[] = {TEXTURE_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -218,6 +239,13 @@ static const Kind sky_kinds[] = {
     KIND("image", sky_image_fields, "A picture of all directions, sampled by its brightness."),
     KIND("sun_sky", sky_sun_fields, "The clear sky of any hour, with its sun."),
 };
+static const Kind cell_kinds[] = {{"flat", NULL, 0, "Space as we know it."}};
+static const Kind gate_kinds[] = {
+    KIND("rect", gate_rect_fields, "A rectangle."),
+    KIND("polygon", gate_polygon_fields, "A flat outline of straight sides."),
+    KIND("box", gate_box_fields, "All six sides of a box: its inside lies elsewhere."),
+    KIND("sphere", gate_sphere_fields, "A ball whose inside lies elsewhere."),
+};
 static const Kind texture_kinds[] = {
     KIND("image", texture_image_fields, "A picture file."),
     KIND("checker", texture_checker_fields, "Two colours in fields."),
@@ -304,6 +332,16 @@ const Group group_cameras = {"cameras", "camera", sizeof(Camera), .has_name = tr
                              .sentence = "More cameras, by name."};
 const Group group_sky = {"sky", "sky", sizeof(Sky), KINDS(sky_kinds, constant, Sky),
                          .sentence = "What is seen where nothing is, and the light it gives."};
+const Group group_skies = {"skies", "sky", sizeof(NamedSky), .has_name = true, .has_kind = true,
+                           .kind_offset = offsetof(NamedSky, sky.kind), .union_offset = offsetof(NamedSky, sky.constant),
+                           .kinds = sky_kinds, .kind_count = COUNT(sky_kinds), .sentence = "More skies, by name, for cells."};
+const Group group_cell = {"cells", "cell", sizeof(Cell), .has_name = true, .kind_optional = true,
+                          FIELDS(cell_fields, common, Cell), .has_kind = true, .kind_offset = offsetof(Cell, kind),
+                          .kinds = cell_kinds, .kind_count = COUNT(cell_kinds),
+                          .sentence = "Spaces of their own, by name, that gates lead to. See docs/worlds.md."};
+const Group group_gate = {"gates", "gate", sizeof(Gate), .has_name = true,
+                          FIELDS(gate_fields, common, Gate), KINDS(gate_kinds, rect, Gate),
+                          .sentence = "Doors from one place to another, by name."};
 const Group group_texture = {"textures", "texture", sizeof(Texture), .has_name = true,
                              FIELDS(texture_fields, common, Texture), KINDS(texture_kinds, image, Texture),
                              .sentence = "Pictures and patterns for materials, by name."};
@@ -319,7 +357,8 @@ const Group group_object = {"objects", "object", sizeof(Object), .has_name = tru
                             FIELDS(object_fields, common, Object), ONE_KIND(object_kinds),
                             .nested = &group_shape, .nested_offset = offsetof(Object, shape),
                             .sentence = "A list of things: a shape, a material, a place."};
-const Group group_light = {"lights", "light", sizeof(Light), .has_name = true, KINDS(light_kinds, point, Light),
+const Group group_light = {"lights", "light", sizeof(Light), .has_name = true,
+                           FIELDS(light_fields, common, Light), KINDS(light_kinds, point, Light),
                            .sentence = "A list of lights; objects with an emissive material are lights, too."};
 const Group group_timeline = {"timeline", "timeline", sizeof(Timeline), ONE_KIND(timeline_kinds),
                               .sentence = "Which moments there are."};

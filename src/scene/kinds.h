@@ -35,9 +35,9 @@ struct Group {
   const char *sentence;
 };
 
-extern const Group group_render, group_whitted, group_develop, group_camera, group_cameras, group_sky, group_texture,
-    group_material, group_medium, group_object, group_shape, group_light, group_timeline, group_track,
-    group_voxel, group_voxel_step;
+extern const Group group_render, group_whitted, group_develop, group_camera, group_cameras, group_sky, group_skies,
+    group_cell, group_gate, group_texture, group_material, group_medium, group_object, group_shape, group_light,
+    group_timeline, group_track, group_voxel, group_voxel_step;
 
 // Sets kind and all fields to their defaults, the nested group to its kind 0; everything else in the struct is
 // cleared, and indices of bulk data are -1.
@@ -85,7 +85,7 @@ typedef struct Section {
   size_t given_offset;
 } Section;
 
-enum { SECTION_COUNT = 13 };
+enum { SECTION_COUNT = 16 };
 extern const Section scene_sections[SECTION_COUNT]; // in the order of the scene file
 
 const Section *section_find(const char *name); // NULL: none of that name

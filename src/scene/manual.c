@@ -123,6 +123,10 @@ static void put_type(Text *out, const Field *f)
   case FIELD_path: text_add(out, "path"); return;
   case FIELD_keys: text_add(out, "keys"); return;
   case FIELD_medium: text_add(out, "medium"); return;
+  case FIELD_sky: text_add(out, "sky"); return;
+  case FIELD_cell: text_add(out, "cell"); return;
+  case FIELD_gate: text_add(out, "gate"); return;
+  case FIELD_points: text_add(out, "list of 2 numbers"); return;
   case FIELD_choice:
     for (int32_t i = 0; choice_name(f, i, name); i++) text_add(out, "%s`%s`", i ? ", " : "", name);
     return;

@@ -161,6 +161,9 @@ void scene_destroy(Scene *s)
   for (size_t i = 0; i < s->meshes.count; i++) mesh_data_release(s->meshes.items[i].data);
   for (size_t i = 0; i < s->models.count; i++) scene_destroy(s->models.items[i].scene);
   array_finish(&s->cameras);
+  array_finish(&s->skies);
+  array_finish(&s->cells);
+  array_finish(&s->gates);
   array_finish(&s->textures);
   array_finish(&s->materials);
   array_finish(&s->media);

@@ -3,7 +3,7 @@
 //
 //   Scene
 //     render, develop, sky, camera     one each
-//     cameras[] textures[] materials[] media[] objects[] lights[]
+//     cameras[] skies[] cells[] gates[] textures[] materials[] media[] objects[] lights[]
 //     timeline, animation[]            when, and the tracks that move all of the above
 //     models[]   files that objects refer to, each a Scene of its own, loaded once
 //     meshes[]   bulk geometry, immutable and counted, shared with worlds
@@ -45,6 +45,10 @@
   F(medium,  atmosphere, -1, 0, 0, "", "A homogeneous medium that fills all space, for lamps to shine in; no light of sky or sun comes through.") \
   F(choice,  volumes, 0, 0, 0, "exact|march", "How light goes through media that differ from place to place: without error, or in steps.") \
   F(integer, volume_steps, 24, 1, 4096, "", "Steps of a march, through each medium.") \
+  F(integer, crossings, 64, 1, 256, "", "Most gates that a ray goes through; what lies beyond shows `fade_color`.") \
+  F(real,    fade, 0, 0, NO_LIMIT, "m", "With gates: what is this far along a ray is lost in `fade_color`, from four fifths of the way on; 0 is never. A function of length alone, so no gate shows.") \
+  F(color,   fade_color, (0, 0, 0), 0, NO_LIMIT, "W/m2sr", "What is seen where rays end that went too far through gates.") \
+  F(integer, light_gates, 2, 0, 4, "", "Most gates on the way from a lamp that is aimed at; beyond, only what shines by itself is found, by chance.") \
   F(choice,  denoise, 0, 0, 0, "off|fast|good|best", "How to take the noise out of the finished picture: our own filter, or a small or a full neural network.")
 FIELD_STRUCT(RenderSettings, RENDER_FIELDS);
 #define WHITTED_FIELDS(F)                                                                                             \
@@ -79,7 +83,8 @@ typedef enum { TONE_LINEAR, TONE_FILMIC, TONE_AGX, TONE_NEUTRAL } ToneCurve;
   F(vec3, position, (0, 1, 4), -NO_LIMIT, NO_LIMIT, "m", "Where the eye is.")                \
   F(vec3, target, (0, 1, 0), -NO_LIMIT, NO_LIMIT, "m", "The point it looks at.")             \
   F(vec3, up, (0, 1, 0), -NO_LIMIT, NO_LIMIT, "", "The direction that is up in the picture.") \
-  F(real, shutter, 0, 0, 1, "frames", "How long light comes in, about the moment shown: 0 is a still, 0.5 what film cameras do.")
+  F(real, shutter, 0, 0, 1, "frames", "How long light comes in, about the moment shown: 0 is a still, 0.5 what film cameras do.") \
+  F(cell, cell, -1, 0, 0, "", "The cell it stands in.")
 FIELD_STRUCT(CameraCommon, CAMERA_FIELDS);
 
 #define PERSPECTIVE_FIELDS(F)                                                                                    \
@@ -148,6 +153,70 @@ typedef struct Sky {
     SkySun sun;
   };
 } Sky;
+
+// A sky that cells name.
+typedef struct NamedSky {
+  const char *name;
+  Sky sky;
+} NamedSky;
+
+// --- cells and gates ------------------------------------------------------------------------------
+// A cell is a space of its own, with its own coordinates; whatever names none is in the one that has no name. A gate is
+// a surface whose other side lies elsewhere. See docs/worlds.md.
+#define CELL_FIELDS(F)                                                                                              \
+  F(sky,    sky, -1, 0, 0, "", "What is seen in it where nothing is, of `skies`; none: the scene's own.")           \
+  F(medium, atmosphere, -1, 0, 0, "", "A homogeneous medium that fills all of it.")                                 \
+  F(vec3,   gravity, (0, -9.81, 0), -NO_LIMIT, NO_LIMIT, "m/s2", "Which way walkers fall; zero: they float.")
+FIELD_STRUCT(CellCommon, CELL_FIELDS);
+typedef enum CellKind { CELL_FLAT } CellKind;
+typedef struct Cell {
+  const char *name;
+  int32_t kind; // CellKind
+  CellCommon common;
+} Cell;
+
+#define GATE_FIELDS(F)                                                                                              \
+  F(cell,   cell, -1, 0, 0, "", "The cell it stands in.")                                                           \
+  F(vec3,   translate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "Where its middle is.")                                 \
+  F(vec3,   rotate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "deg", "Turned about x, then y, then z; unturned, the front of a flat one faces +z.") \
+  F(gate,   to, -1, 0, 0, "", "The gate it leads to, which leads back. One of another size makes what passes larger or smaller.") \
+  F(choice, out, 0, 0, 0, "front|back", "Of flat ones: what goes in at the front comes out of that side. `front` for doors into two rooms, `back` for one opening cut in two.") \
+  F(choice, sides, 0, 0, 0, "both|front", "Whether the back leads on likewise. A side that leads nowhere is not there.") \
+  F(gate,   back_to, -1, 0, 0, "", "Where the back leads instead, by the same rules.")                              \
+  F(flag,   one_way, 0, 0, 1, "", "The gate it leads to does not lead back.")                                       \
+  F(flag,   mirror, 0, 0, 1, "", "Left and right change places on the way.")                                        \
+  F(flag,   wall, 0, 0, 1, "", "The cell ends at this flat gate: nothing of it lies beyond its plane, and rays leave by it, never past its edge.") \
+  F(cell,   to_cell, -1, 0, 0, "", "Without `to`: the cell it leads to, one way; none: its own.")                   \
+  F(vec3,   to_translate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "Without `to`: where one comes out, as if the gate were carried there.") \
+  F(vec3,   to_rotate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "deg", "Without `to`: how it is turned there.")              \
+  F(real,   to_scale, 1, 1e-6, 1e6, "", "Without `to`: how much larger it is there.")
+FIELD_STRUCT(GateCommon, GATE_FIELDS);
+#define GATE_RECT_FIELDS(F) \
+  F(vec2, size, (1, 2), 1e-6, NO_LIMIT, "m", "Width and height.")
+#define GATE_POLYGON_FIELDS(F) \
+  F(points, points, 0, -NO_LIMIT, NO_LIMIT, "m", "Its corners, counter-clockwise seen from the front.")
+#define GATE_BOX_FIELDS(F) \
+  F(vec3, size, (1, 1, 1), 1e-6, NO_LIMIT, "m", "Extent along x, y and z; its front is outside.")
+#define GATE_SPHERE_FIELDS(F) \
+  F(real, radius, 1, 1e-6, NO_LIMIT, "m", "Its front is outside.")
+FIELD_STRUCT(GateRect, GATE_RECT_FIELDS);
+FIELD_STRUCT(GatePolygon, GATE_POLYGON_FIELDS);
+FIELD_STRUCT(GateBox, GATE_BOX_FIELDS);
+FIELD_STRUCT(GateSphere, GATE_SPHERE_FIELDS);
+typedef enum { GATE_OUT_FRONT, GATE_OUT_BACK } GateOut;
+typedef enum { GATE_SIDES_BOTH, GATE_SIDES_FRONT } GateSides;
+typedef enum GateKind { GATE_RECT, GATE_POLYGON, GATE_BOX, GATE_SPHERE } GateKind;
+typedef struct Gate {
+  const char *name;
+  int32_t kind; // GateKind
+  GateCommon common;
+  union {
+    GateRect rect;
+    GatePolygon polygon;
+    GateBox box;
+    GateSphere sphere;
+  };
+} Gate;
 
 // --- textures -----------------------------------------------------------------------------------
 #define TEXTURE_FIELDS(F)                                                                                     \
@@ -595,6 +664,8 @@ typedef struct SceneVoxels {
   F(flag,   visible_to_camera, 1, 0, 1, "", "False: only in reflections and shadows.")                              \
   F(flag,   casts_shadow, 1, 0, 1, "", "False: light passes it on the way to a surface.")                            \
   F(choice, role, 0, 0, 0, "actor|background", "For the whitted integrator: a background is not asked where an actor was met, and throws no shadow.") \
+  F(cell,   cell, -1, 0, 0, "", "The cell it is in; a part is where its whole is.")                                 \
+  F(gate,   through, -1, 0, 0, "", "The flat gate it stands in: what of it is beyond is seen on the other side.")   \
   F(object, part_of, -1, 0, 0, "", "Name of an object of kind csg, further up in the list, that this one is a part of; its place is then relative to that.")
 FIELD_STRUCT(ObjectCommon, OBJECT_FIELDS);
 typedef enum { ROLE_ACTOR, ROLE_BACKGROUND } ObjectRole;
@@ -679,6 +750,9 @@ typedef struct Object {
 } Object;
 
 // --- lights -------------------------------------------------------------------------------------
+#define LIGHT_FIELDS(F) \
+  F(cell, cell, -1, 0, 0, "", "The cell it is in.")
+FIELD_STRUCT(LightCommon, LIGHT_FIELDS);
 #define LIGHT_POINT_FIELDS(F)                                                              \
   F(vec3,  position, (0, 3, 0), -NO_LIMIT, NO_LIMIT, "m", "Where it is.")                  \
   F(color, intensity, (10, 10, 10), 0, NO_LIMIT, "W/sr", "Radiant intensity; with a file, in its brightest direction.") \
@@ -724,6 +798,7 @@ typedef enum LightKind { LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, LIGHT_RECT, LIGHT_D
 typedef struct Light {
   const char *name; // may be NULL
   int32_t kind;     // LightKind
+  LightCommon common;
   union {
     LightPoint point;
     LightSpot spot;
@@ -785,6 +860,9 @@ struct Scene {
   bool has_sky, has_camera; // given, not defaulted
   Camera camera;
   ARRAY(Camera) cameras;
+  ARRAY(NamedSky) skies;
+  ARRAY(Cell) cells;
+  ARRAY(Gate) gates;
   ARRAY(Texture) textures;
   ARRAY(Material) materials;
   ARRAY(Medium) media;

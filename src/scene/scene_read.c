@@ -1,9 +1,11 @@
 // Reads the scene file, strictly: an unknown key, kind, name or an impossible value is an error with its place.
-// First the names of all textures, materials, media and cameras are entered, then everything is filled in, so that a
+// First the names of all textures, materials, media, cameras, skies, cells and gates are entered, then everything is filled in, so that a
 // reference may stand before what it names. It knows sections and tables, no parameter by heart.
 
 #include "base/file.h"
+#include "base/mem.h"
 #include "scene/element.h"
+#include "scene/gates.h"
 #include "scene/mix_check.h"
 #include "scene/rfm.h"
 
@@ -71,6 +73,9 @@ static bool enter_name(SceneReader *r, const Section *c, const Json *dict, const
                    "the name of a %s must have 1 to %d bytes, not %zu", c->group->noun, LONGEST_TEXT, length);
   union {
     Camera camera;
+    NamedSky sky;
+    Cell cell;
+    Gate gate;
     Texture texture;
     Material material;
     Medium medium;
@@ -139,6 +144,27 @@ static bool check_mixes(const SceneReader *r)
   return js_fail(r->element.doc, dict, field, 0, false, r->element.err, "%s", wrong.text);
 }
 
+// Gates, likewise, name each other.
+static bool check_gates(const SceneReader *r)
+{
+  int32_t i = 0;
+  const char *field = NULL;
+  Err wrong = {0};
+  Scene *s = r->element.scene;
+  if (!s->gates.count && !s->cells.count) return true;
+  GateLink(*links)[2] = mem_zero(s->gates.count + 1, sizeof *links);
+  if (!links) return err_memory(r->element.err, "gates", s->gates.count * sizeof *links);
+  const bool is_linked = gates_link(s, links, &i, &field, &wrong);
+  mem_free(links);
+  if (!is_linked) {
+    const Json *dict = js_get(r->root, group_gate.name), *gate = js_get(dict, s->gates.items[i].name);
+    return field && js_get(gate, field) ? js_fail(r->element.doc, gate, field, 0, false, r->element.err, "%s", wrong.text)
+                                        : js_fail(r->element.doc, dict, s->gates.items[i].name, 0, true, r->element.err, "%s", wrong.text);
+  }
+  if (cells_check(s, &i, &wrong)) return true;
+  return js_fail(r->element.doc, js_get(r->root, group_cell.name), s->cells.items[i].name, 0, true, r->element.err, "%s", wrong.text);
+}
+
 static bool read_sections(const SceneReader *r)
 {
   for (int i = 0; i < SECTION_COUNT; i++) {
@@ -153,7 +179,7 @@ static bool read_sections(const SceneReader *r)
     }
     if (!ok) return false;
   }
-  return check_mixes(r);
+  return check_mixes(r) && check_gates(r);
 }
 
 static bool read_names(SceneReader *r)

@@ -278,6 +278,8 @@ static bool bring_pictures(Saver *s, const Group *g, const void *from, void *to)
                          &((Texture *)to)->image.file);
   if (g == &group_sky && ((Sky *)to)->kind == SKY_IMAGE)
     return bring_picture(s, "sky", ((const Sky *)from)->image.file, &((Sky *)to)->image.file);
+  if (g == &group_skies && ((NamedSky *)to)->sky.kind == SKY_IMAGE)
+    return bring_picture(s, "sky", ((const NamedSky *)from)->sky.image.file, &((NamedSky *)to)->sky.image.file);
   if (g == &group_light && ((Light *)to)->kind == LIGHT_POINT)
     return bring_picture(s, "lamp", ((const Light *)from)->point.ies, &((Light *)to)->point.ies);
   if (g == &group_light && ((Light *)to)->kind == LIGHT_SPOT)

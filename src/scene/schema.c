@@ -97,6 +97,11 @@ static void put_type(Text *out, const Field *f)
     text_add(out, "}]");
     return;
   case FIELD_keys: put_keys(out); return;
+  case FIELD_points:
+    text_add(out, "\"type\":[\"array\",\"null\"],\"minItems\":%d,\"maxItems\":%d,\"items\":{\"type\":\"array\","
+                  "\"items\":{\"type\":\"number\"},\"minItems\":2,\"maxItems\":2}",
+             LEAST_POINTS, MOST_POINTS);
+    return;
   case FIELD_text: text_add(out, "\"type\":[\"string\",\"null\"],\"maxLength\":%d", LONGEST_TEXT); return;
   case FIELD_file:
   case FIELD_path:
@@ -106,6 +111,9 @@ static void put_type(Text *out, const Field *f)
   case FIELD_texture:
   case FIELD_object:
   case FIELD_material:
+  case FIELD_sky:
+  case FIELD_cell:
+  case FIELD_gate:
   case FIELD_medium: text_add(out, "\"type\":[\"string\",\"null\"]"); return;
   }
 }
@@ -130,6 +138,10 @@ static const char *type_name(FieldType type)
   case FIELD_path: return "path";
   case FIELD_keys: return "keys";
   case FIELD_medium: return "medium";
+  case FIELD_sky: return "sky";
+  case FIELD_cell: return "cell";
+  case FIELD_gate: return "gate";
+  case FIELD_points: return "points";
   }
   unreachable();
 }

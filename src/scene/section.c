@@ -28,6 +28,9 @@ const Section scene_sections[SECTION_COUNT] = {
     ONE_GIVEN(group_camera, camera),
     MANY(group_cameras, SECTION_BY_NAME, cameras),
     ONE_GIVEN(group_sky, sky),
+    MANY(group_skies, SECTION_BY_NAME, skies),
+    MANY(group_cell, SECTION_BY_NAME, cells),
+    MANY(group_gate, SECTION_BY_NAME, gates),
     MANY(group_texture, SECTION_BY_NAME, textures),
     MANY(group_material, SECTION_BY_NAME, materials),
     MANY(group_medium, SECTION_BY_NAME, media),
@@ -85,6 +88,9 @@ const Section *section_of_reference(FieldType type)
   if (type == FIELD_texture) return section_find(group_texture.name);
   if (type == FIELD_material) return section_find(group_material.name);
   if (type == FIELD_medium) return section_find(group_medium.name);
+  if (type == FIELD_sky) return section_find(group_skies.name);
+  if (type == FIELD_cell) return section_find(group_cell.name);
+  if (type == FIELD_gate) return section_find(group_gate.name);
   return type == FIELD_object ? section_find(group_object.name) : NULL;
 }
 
@@ -113,7 +119,7 @@ static void shift_slots(Scene *s, int32_t from, int32_t by)
 static bool is_referred_to(const Section *c)
 {
   return c->group == &group_texture || c->group == &group_material || c->group == &group_medium ||
-         c->group == &group_object;
+         c->group == &group_object || c->group == &group_skies || c->group == &group_cell || c->group == &group_gate;
 }
 
 static void shift_references(Scene *s, const Section *to, int32_t from, int32_t by)

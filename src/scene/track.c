@@ -36,6 +36,10 @@ static size_t width_of(FieldType type)
   case FIELD_object:
   case FIELD_material:
   case FIELD_medium:
+  case FIELD_sky:
+  case FIELD_cell:
+  case FIELD_gate:
+  case FIELD_points:
   case FIELD_text:
   case FIELD_file:
   case FIELD_path:

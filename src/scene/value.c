@@ -54,6 +54,10 @@ void value_range(const Field *f, Text *out)
   case FIELD_object:
   case FIELD_material:
   case FIELD_medium:
+  case FIELD_sky:
+  case FIELD_cell:
+  case FIELD_gate:
+  case FIELD_points:
   case FIELD_path:
   case FIELD_keys: return;
   }
@@ -103,6 +107,10 @@ static const char *wanted(FieldType type)
   case FIELD_path: return "the path of a field";
   case FIELD_keys: return "a list of keys";
   case FIELD_medium: return "the name of a medium";
+  case FIELD_sky: return "the name of one of \"skies\"";
+  case FIELD_cell: return "the name of a cell";
+  case FIELD_gate: return "the name of a gate";
+  case FIELD_points: return "a list of 3 to 64 corners, each [x, y]";
   }
   unreachable();
 }
@@ -289,6 +297,30 @@ static bool read_keys(Scene *s, const Json *v, const Keys **at, int *item, Err *
   return keys;
 }
 
+static bool read_points(Scene *s, const Field *f, const Json *v, const Points **at, int *item, Err *err)
+{
+  if (js_kind(v) == JSON_NULL_) {
+    *at = NULL;
+    return true;
+  }
+  const size_t count = js_count(v);
+  if (js_kind(v) != JSON_LIST || count < LEAST_POINTS || count > MOST_POINTS) return type_fail(f, v, err);
+  Points *p = arena_alloc(&s->arena, 1, sizeof *p + 2 * count * sizeof(float));
+  if (!p) return err_memory(err, f->name, count);
+  p->count = (int32_t)count;
+  for (size_t i = 0; i < count; i++) {
+    double x[2];
+    int inner = -1;
+    if (!read_list(f, js_at(v, i), 2, false, x, &inner, err)) {
+      *item = (int)i;
+      return false;
+    }
+    for (size_t k = 0; k < 2; k++) p->xy[2 * i + k] = (float)x[k];
+  }
+  *at = p;
+  return true;
+}
+
 bool value_read(Scene *s, const Field *f, const Json *v, void *at, int *item, Err *err)
 {
   double x[2];
@@ -321,10 +353,14 @@ bool value_read(Scene *s, const Field *f, const Json *v, void *at, int *item, Er
   case FIELD_file:
   case FIELD_path: return read_text(s, f, v, at, err);
   case FIELD_keys: return read_keys(s, v, at, item, err);
+  case FIELD_points: return read_points(s, f, v, at, item, err);
   case FIELD_choice: return read_choice(f, v, at, err);
   case FIELD_texture:
   case FIELD_object:
   case FIELD_material:
+  case FIELD_sky:
+  case FIELD_cell:
+  case FIELD_gate:
   case FIELD_medium: return read_reference(s, f, v, at, err);
   }
   unreachable();
@@ -379,6 +415,16 @@ static void write_reference(const Scene *s, const Section *to, int32_t i, Text *
     js_put_text(out, *group_name(to->group, section_at(s, to, (size_t)i)));
 }
 
+static void write_points(const Points *p, Text *out, bool *is_finite)
+{
+  text_add(out, p ? "[" : "null");
+  for (int32_t i = 0; p && i < p->count; i++) {
+    if (i) text_add(out, ",");
+    write_floats(out, p->xy + 2 * i, 2, is_finite);
+  }
+  if (p) text_add(out, "]");
+}
+
 void value_write(const Scene *s, const Field *f, const void *at, Text *out, bool *is_finite)
 {
   char name[40];
@@ -397,6 +443,7 @@ void value_write(const Scene *s, const Field *f, const void *at, Text *out, bool
     else
       text_add(out, "null");
     return;
+  case FIELD_points: write_points(*(const Points *const *)at, out, is_finite); return;
   case FIELD_text:
   case FIELD_file:
   case FIELD_path:
@@ -414,6 +461,9 @@ void value_write(const Scene *s, const Field *f, const void *at, Text *out, bool
   case FIELD_texture:
   case FIELD_object:
   case FIELD_material:
+  case FIELD_sky:
+  case FIELD_cell:
+  case FIELD_gate:
   case FIELD_medium: write_reference(s, section_of_reference(f->type), *(const int32_t *)at, out); return;
   }
 }
@@ -429,7 +479,10 @@ size_t value_size(const Field *f)
   case FIELD_texture:
   case FIELD_object:
   case FIELD_material:
-  case FIELD_medium: return sizeof(int32_t);
+  case FIELD_medium:
+  case FIELD_sky:
+  case FIELD_cell:
+  case FIELD_gate: return sizeof(int32_t);
   case FIELD_color:
   case FIELD_vec3: return 3 * sizeof(float);
   case FIELD_vec2: return 2 * sizeof(float);
@@ -439,6 +492,7 @@ size_t value_size(const Field *f)
   case FIELD_file:
   case FIELD_path: return sizeof(const char *);
   case FIELD_keys: return sizeof(const Keys *);
+  case FIELD_points: return sizeof(const Points *);
   }
   unreachable();
 }

@@ -35,6 +35,7 @@ typedef struct LightProfile {
 typedef struct Emitter {
   uint8_t kind;
   bool is_two_sided;
+  bool is_mirrored;   // of points and spots: its profile goes round the other way
   Vec3 p;       // point, spot, disk, sphere: centre; triangle: first vertex; quad: a corner
   Vec3 x, y;    // triangle: edges from p; quad: sides from p; disk: radius vectors; spot, profile: x is the unit axis
                 // and y the unit direction of the profile's horizontal angle 0
@@ -48,6 +49,7 @@ typedef struct Emitter {
   float uv[3][2];
   float mean_map; // mean luminance of the map or the profile (1 without one), for the choice by power
   uint32_t profile; // of points and spots: index into the set's profiles plus one, 0 none
+  uint32_t image;   // how it is seen, for who put it here; this room only hands it on
 } Emitter;
 
 typedef struct Sun {
@@ -56,6 +58,7 @@ typedef struct Sun {
   // 1 - cos of the disk's angular radius; 0: no size, a delta light. Kept in this form because the sun's cosine is
   // within 1e-5 of 1, where a float has lost three digits of the solid angle.
   float one_minus_cos;
+  uint32_t image; // as an Emitter's
 } Sun;
 
 // Constant: color everywhere. Gradient: from horizon to zenith and ground, linear in |d.y|. Image: the centre is

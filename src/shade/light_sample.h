@@ -20,6 +20,7 @@ typedef struct LightSample {
   float distance; // to the light; INFINITY for suns and sky
   float pdf;
   bool is_delta;
+  uint32_t image; // as the lamp's
 } LightSample;
 
 static inline size_t light_group_count(const LightSet *set)
@@ -186,7 +187,8 @@ static inline float profile_value(const LightProfile *f, float vertical, float h
 static inline float emitter_profile(const LightSet *set, const Emitter *e, Vec3 d)
 {
   if (!e->profile) return 1;
-  const float degrees = 180 / PI, turn = f_atan2(v3_dot(d, v3_cross(e->y, e->x)), v3_dot(d, e->y)) * degrees;
+  const float degrees = 180 / PI, hand = e->is_mirrored ? -degrees : degrees,
+              turn = f_atan2(v3_dot(d, v3_cross(e->y, e->x)), v3_dot(d, e->y)) * hand;
   return profile_value(&set->profiles[e->profile - 1], f_acos(clamp_f(v3_dot(d, e->x), -1, 1)) * degrees,
                        turn < 0 ? turn + 360 : turn);
 }
@@ -222,6 +224,7 @@ static inline bool emitter_sample(const LightSet *set, const TextureMap *maps, V
   case EMITTER_SPHERE: ok = sphere_sample(e, p, u, out); break;
   }
   out->pdf *= pmf;
+  out->image = e->image;
   return ok && out->pdf > 0 && isfinite(out->pdf);
 }
 
@@ -275,6 +278,7 @@ static inline Vec3 sun_radiance_seen(const LightSet *set, Vec3 d)
 static inline bool sun_sample(const Sun *s, Vec2 u, LightSample *out)
 {
   out->distance = INFINITY;
+  out->image = s->image;
   out->radiance = s->radiance;
   out->is_delta = sun_is_delta(s);
   out->wl = out->is_delta ? s->direction : cone_direction(s->direction, s->one_minus_cos, u);

@@ -99,6 +99,7 @@ Camera world_frame_camera(const World *w, float aspect)
   memset(&c, 0, sizeof c);
   c.kind = CAMERA_PERSPECTIVE;
   c.common.up[1] = 1;
+  c.common.cell = -1;
   c.perspective.fov = 30;
   if (!(w->lo[0] <= w->hi[0])) {
     c.common.position[2] = 4;

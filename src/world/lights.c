@@ -20,7 +20,10 @@ static Frame facing(const float position[3], const float target[3])
   return (Frame){x, v3_cross(z, x), z, p};
 }
 
-static bool add_emitter(Prepare *p, const Emitter *e) { return array_push(&p->emitters, *e) || prepare_failed_memory(p); }
+bool prepare_add_emitter(Prepare *p, const Emitter *e)
+{
+  return (array_push(&p->emitters, *e) && array_push(&p->emitter_cells, p->cell)) || prepare_failed_memory(p);
+}
 
 // The instance of an area light; its emitter comes with those of all other shining surfaces.
 static bool add_area(Prepare *p, const Frame *frame, InstanceKind kind, float size_x, float size_y,
@@ -51,8 +54,8 @@ bool prepare_add_sun(Prepare *p, const float direction[3], Vec3 irradiance, floa
   // A disk of radiance L around the zenith gives pi L sin^2 of its radius.
   const double projected = 3.14159265358979323846 * pow(sin(radius), 2);
   const Vec3 radiance = is_point ? irradiance : irradiance / (float)projected;
-  const Sun sun = {d, radiance, is_point ? 0 : (float)one_minus_cos};
-  return array_push(&p->suns, sun) || prepare_failed_memory(p);
+  const Sun sun = {.direction = d, .radiance = radiance, .one_minus_cos = is_point ? 0 : (float)one_minus_cos};
+  return (array_push(&p->suns, sun) && array_push(&p->sun_cells, p->cell)) || prepare_failed_memory(p);
 }
 
 static bool add_sun(Prepare *p, const LightSun *l, const Frame *frame)
@@ -137,7 +140,7 @@ static bool add_point(Prepare *p, const LightPoint *l, const Scene *scene, const
 {
   Emitter e = {.kind = EMITTER_POINT, .p = frame_point(frame, v3_load(l->position)), .color = v3_load(l->intensity),
                .map = -1, .mean_map = 1};
-  return put_profile(p, scene, l->ies, l->ies_rotation, -frame->y, frame->x, &e) && add_emitter(p, &e);
+  return put_profile(p, scene, l->ies, l->ies_rotation, -frame->y, frame->x, &e) && prepare_add_emitter(p, &e);
 }
 
 static bool add_spot(Prepare *p, const LightSpot *l, const Scene *scene, const Frame *frame)
@@ -150,7 +153,7 @@ static bool add_spot(Prepare *p, const LightSpot *l, const Scene *scene, const F
   const float inner = l->inner_angle < l->angle ? l->inner_angle : l->angle;
   Emitter e = {.kind = EMITTER_SPOT, .p = at, .x = axis, .color = v3_load(l->intensity), .map = -1,
                .mean_map = 1, .cos_outer = (float)cos(radians(l->angle)), .cos_inner = (float)cos(radians(inner))};
-  return put_profile(p, scene, l->ies, l->ies_rotation, axis, -frame_vector(frame, own.x), &e) && add_emitter(p, &e);
+  return put_profile(p, scene, l->ies, l->ies_rotation, axis, -frame_vector(frame, own.x), &e) && prepare_add_emitter(p, &e);
 }
 
 static bool add_light(Prepare *p, const Light *l, const Scene *scene, const Frame *frame, uint32_t object_i)
@@ -181,8 +184,11 @@ static bool add_light(Prepare *p, const Light *l, const Scene *scene, const Fram
 
 bool prepare_scene_lights(Prepare *p, const Source *source, const Frame *frame, uint32_t object_i)
 {
-  for (size_t i = 0; i < source->scene->lights.count; i++)
-    if (!add_light(p, &source->scene->lights.items[i], source->scene, frame, object_i)) return err_where(p->err, "lights[%zu]", i);
+  for (size_t i = 0; i < source->scene->lights.count; i++) {
+    const Light *l = &source->scene->lights.items[i];
+    if (source->scene == p->scene) p->cell = (uint32_t)(l->common.cell + 1); // a model's are where it is
+    if (!add_light(p, l, source->scene, frame, object_i)) return err_where(p->err, "lights[%zu]", i);
+  }
   return true;
 }
 
@@ -313,7 +319,7 @@ static bool mesh_emitters(Prepare *p, size_t index, const MeshData *data)
     const Emitter base = emitter_of(p, m), e = triangle_emitter(p, &base, f, &w->mesh, t);
     if (!(e.area > 0) || !isfinite(e.area)) continue;
     table[t] = (int32_t)p->emitters.count;
-    if (!add_emitter(p, &e)) return false;
+    if (!prepare_add_emitter(p, &e)) return false;
   }
   w->emitters = table;
   return true;
@@ -330,7 +336,7 @@ static bool shape_emitters(Prepare *p, size_t index)
   if (!table) return prepare_failed_memory(p);
   *table = (int32_t)p->emitters.count;
   w->emitters = table;
-  return add_emitter(p, &e);
+  return prepare_add_emitter(p, &e);
 }
 
 bool prepare_emitters(Prepare *p)
@@ -339,7 +345,8 @@ bool prepare_emitters(Prepare *p)
     const WorldInstance *w = &p->shading.items[i];
     bool shines = false;
     for (uint32_t s = 0; s < w->slot_count; s++) shines |= is_aimable(p, &p->materials.items[w->materials[s]]);
-    if (!shines) continue;
+    if (!shines || w->gate || w->clip) continue; // what is cut off must not be aimed at
+    p->cell = p->instance_cells.items[i];
     const int32_t part = p->mesh_parts.items[i];
     if (p->instances.items[i].kind == INSTANCE_VOXELS) {
       if (!prepare_voxel_emitters(p, i)) return false;

@@ -50,14 +50,14 @@ bool prepare_add_medium(Prepare *p, const Instance *boundary, const WorldMedium 
   i.object_from_world = frame_inverse(&i.world_from_object);
   i.mask = RAY_ALL;
   i.has_filter = true; // walks go on from one boundary to the next by it
-  return (array_push(&p->boundaries, i) && array_push(&p->media, *medium) && array_push(&p->boundary_parts, mesh_part)) ||
+  return (array_push(&p->boundaries, i) && array_push(&p->media, *medium) && array_push(&p->boundary_parts, mesh_part) &&
+          array_push(&p->boundary_cells, p->cell)) ||
          prepare_failed_memory(p);
 }
 
-// The main scene's; what it emits must be lost somewhere, or there would be no end to it.
-static bool add_atmosphere(Prepare *p)
+// What it emits must be lost somewhere, or there would be no end to it.
+static bool add_atmosphere(Prepare *p, int32_t i, uint32_t cell)
 {
-  const int32_t i = p->scene->render.atmosphere;
   if (i < 0) return true;
   const Volume *v = &p->volumes.items[p->sources.items[0].volume_base + (uint32_t)i];
   if (v->density)
@@ -68,14 +68,23 @@ static bool add_atmosphere(Prepare *p)
       return err_set(p->err, ERR_BAD_SCENE, "the atmosphere \"%s\" emits light and nothing absorbs or scatters it, so it would "
                      "be endlessly bright; give it absorption", p->scene->media.items[i].name);
   const WorldMedium m = {.volume = (uint32_t)(v - p->volumes.items), .object_i = NO_HIT};
-  p->world->has_atmosphere = true;
-  return array_push(&p->media, m) || prepare_failed_memory(p);
+  if (!array_push(&p->media, m)) return prepare_failed_memory(p);
+  p->atmospheres[cell] = (uint32_t)p->media.count;
+  return true;
 }
 
-static void add_bounds(World *w)
+static bool add_atmospheres(Prepare *p)
+{
+  if (!add_atmosphere(p, p->scene->render.atmosphere, 0)) return false;
+  for (size_t i = 0; i < p->scene->cells.count; i++)
+    if (!add_atmosphere(p, p->scene->cells.items[i].common.atmosphere, (uint32_t)i + 1)) return false;
+  return true;
+}
+
+static void add_bounds(World *w, const Accel *a)
 {
   float lo[3], hi[3];
-  accel_bounds(w->media_accel, lo, hi);
+  accel_bounds(a, lo, hi);
   for (int k = 0; k < 3; k++) {
     w->lo[k] = fminf(w->lo[k], lo[k]);
     w->hi[k] = fmaxf(w->hi[k], hi[k]);
@@ -100,10 +109,17 @@ bool prepare_media(Prepare *p)
     if (part >= 0) p->boundaries.items[i].mesh = p->parts->meshes.items[part].tree;
   }
   if (p->boundaries.count) {
-    w->media_accel = accel_build(p->boundaries.items, p->boundaries.count, p->jobs, p->cancel, p->err);
-    if (!w->media_accel) return false;
-    w->geometry_bytes += accel_bytes(w->media_accel);
-    add_bounds(w);
+    Accel **trees = arena_alloc(&p->scratch, w->cell_count, sizeof *trees);
+    if (!trees) return prepare_failed_memory(p);
+    if (!accel_build_cells(p->boundaries.items, p->boundary_cells.items, p->boundaries.count, trees, w->cell_count, p->jobs,
+                           p->cancel, p->err))
+      return false;
+    w->media_accel = trees[0];
+    for (size_t c = 0; c < w->cell_count; c++) {
+      p->cells[c].media_accel = trees[c];
+      w->geometry_bytes += accel_bytes(trees[c]);
+      add_bounds(w, trees[c]);
+    }
   }
-  return add_atmosphere(p);
+  return add_atmospheres(p);
 }

@@ -38,7 +38,7 @@ bool prepare_add_instance(Prepare *p, const Instance *instance, const WorldInsta
   const Frame identity = frame_identity();
   i.object_from_world = frame_inverse(&i.world_from_object);
   i.is_identity = frames_equal(&i.world_from_object, &identity);
-  return (array_push(&p->instances, i) && array_push(&p->shading, *shading) &&
+  return (array_push(&p->instances, i) && array_push(&p->instance_cells, p->cell) && array_push(&p->shading, *shading) &&
           array_push(&p->mesh_parts, mesh_part)) ||
          prepare_failed_memory(p);
 }
@@ -68,7 +68,7 @@ static TriangleMesh mesh_arrays(const MeshData *m)
 }
 
 // A box is the same twelve triangles everywhere, sized by its instance.
-static MeshData *unit_box(Prepare *p)
+MeshData *prepare_unit_box(Prepare *p)
 {
   static const float corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1}, {1, 1, -1},
                                      {-1, -1, 1},  {1, -1, 1},  {-1, 1, 1},  {1, 1, 1}};
@@ -195,7 +195,7 @@ static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t m
   }
   case SHAPE_VOXELS: return prepare_voxels(p, level->source, o, material, i, &at.surface);
   case SHAPE_BOX: {
-    MeshData *box = unit_box(p);
+    MeshData *box = prepare_unit_box(p);
     if (!box) return prepare_failed_memory(p);
     i->world_from_object.x *= o->shape.box.size[0];
     i->world_from_object.y *= o->shape.box.size[1];
@@ -268,7 +268,10 @@ bool prepare_objects(Prepare *p)
     }
     const Object *o = &level->source->scene->objects.items[level->next++];
     if (o->common.part_of >= 0) continue; // goes with the whole
-    if (depth == 1) object_i = (uint32_t)level->next - 1;
+    if (depth == 1) {
+      object_i = (uint32_t)level->next - 1;
+      p->cell = (uint32_t)(o->common.cell + 1);
+    }
     int32_t material = level->material;
     if (material < 0 && o->common.material >= 0)
       material = (int32_t)level->source->material_base + o->common.material;

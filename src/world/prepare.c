@@ -34,6 +34,7 @@ static void set_filters(Prepare *p)
   }
   for (size_t i = 0; i < p->instances.count; i++) {
     const WorldInstance *w = &p->shading.items[i];
+    p->instances.items[i].has_filter |= w->gate || w->clip;
     for (uint32_t s = 0; s < w->slot_count; s++)
       p->instances.items[i].has_filter |= p->materials.items[w->materials[s]].needs_filter;
     p->world->has_filters |= p->instances.items[i].has_filter;
@@ -60,7 +61,38 @@ static bool lay_down(Prepare *p)
   w->volumes = keep(p, p->volumes.items, p->volumes.count, sizeof *p->volumes.items);
   w->media = keep(p, p->media.items, p->media.count, sizeof *p->media.items);
   w->media_count = p->media.count;
-  return (w->volumes && w->media && w->instances && w->materials && w->material_names && w->textures) || prepare_failed_memory(p);
+  w->clips = keep(p, p->clips.items, p->clips.count, sizeof *p->clips.items);
+  for (size_t c = 0; c < w->cell_count; c++) p->cells[c].atmosphere = p->atmospheres[c];
+  return (w->clips && w->volumes && w->media && w->instances && w->materials && w->material_names && w->textures) || prepare_failed_memory(p);
+}
+
+// A tree for each cell.
+static bool build_trees(Prepare *p)
+{
+  World *w = p->world;
+  p->cells = arena_alloc(&w->arena, w->cell_count, sizeof *p->cells);
+  p->atmospheres = arena_alloc(&p->scratch, w->cell_count, sizeof *p->atmospheres);
+  Accel **trees = arena_alloc(&p->scratch, w->cell_count, sizeof *trees);
+  if (!p->cells || !p->atmospheres || !trees) return prepare_failed_memory(p);
+  memset(p->cells, 0, w->cell_count * sizeof *p->cells);
+  memset(p->atmospheres, 0, w->cell_count * sizeof *p->atmospheres);
+  if (!accel_build_cells(p->instances.items, p->instance_cells.items, p->instances.count, trees, w->cell_count, p->jobs,
+                         p->cancel, p->err))
+    return false;
+  w->cells = p->cells;
+  w->accel = trees[0];
+  for (size_t c = 0; c < w->cell_count; c++) {
+    float lo[3], hi[3];
+    p->cells[c].accel = trees[c];
+    p->cells[c].gravity = c ? v3_load(p->scene->cells.items[c - 1].common.gravity) : v3(0, -9.81f, 0);
+    w->tree_bytes += accel_bytes(trees[c]);
+    accel_bounds(trees[c], lo, hi);
+    for (int k = 0; k < 3; k++) {
+      w->lo[k] = c ? fminf(w->lo[k], lo[k]) : lo[k];
+      w->hi[k] = c ? fmaxf(w->hi[k], hi[k]) : hi[k];
+    }
+  }
+  return true;
 }
 
 static bool build_accel(Prepare *p)
@@ -72,11 +104,9 @@ static bool build_accel(Prepare *p)
     p->instances.items[i].mesh = p->parts->meshes.items[part].tree;
     w->triangle_count += p->parts->meshes.items[part].data->triangle_count;
   }
-  w->accel = accel_build(p->instances.items, p->instances.count, p->jobs, p->cancel, p->err);
-  if (!w->accel) return false;
-  w->lanes = lanes_build(w->accel, &w->arena);
-  accel_bounds(w->accel, w->lo, w->hi);
-  w->tree_bytes = accel_bytes(w->accel);
+  if (!build_trees(p)) return false;
+  const bool is_one = w->cell_count == 1 && !w->space.gate_count;
+  w->lanes = is_one ? lanes_build(w->accel, &w->arena) : NULL;
   for (size_t i = 0; i < p->parts->meshes.count; i++) {
     const MeshData *m = p->parts->meshes.items[i].data;
     w->unique_triangle_count += m->triangle_count;
@@ -94,7 +124,9 @@ static bool build_accel(Prepare *p)
 
 static bool run_steps(Prepare *p)
 {
-  if (!prepare_sources(p, p->scene) || !prepare_sky(p) || !prepare_objects(p) || !add_default_material(p)) return false;
+  if (!prepare_sources(p, p->scene) || !prepare_cells(p) || !prepare_sky(p) || !prepare_objects(p) || !prepare_gates(p) ||
+      !add_default_material(p))
+    return false;
   if (!parts_make(p->parts, p->jobs, p->cancel, p->err)) return false;
   if (!prepare_texture_pixels(p)) return false;
   set_filters(p);
@@ -111,6 +143,11 @@ static void finish(Prepare *p)
   array_finish(&p->texture_parts);
   array_finish(&p->texture_mips);
   array_finish(&p->instances);
+  array_finish(&p->instance_cells);
+  array_finish(&p->boundary_cells);
+  array_finish(&p->emitter_cells);
+  array_finish(&p->sun_cells);
+  array_finish(&p->clips);
   array_finish(&p->shading);
   array_finish(&p->mesh_parts);
   array_finish(&p->volumes);
@@ -160,8 +197,11 @@ void world_release(World *w)
 {
   // Acquire-release: the last user must see everything the others did before they let go.
   if (!w || atomic_fetch_sub_explicit(&w->users, 1, memory_order_acq_rel) != 1) return;
-  accel_destroy(w->accel);
-  accel_destroy(w->media_accel);
+  for (size_t c = w->cells ? w->cell_count : 0; c-- > 0;) { // the first, which owns what the others share, last
+    accel_destroy(w->cells[c].accel);
+    accel_destroy(w->cells[c].media_accel);
+    if (c && w->cells[c].lights) light_set_finish((LightSet *)(size_t)w->cells[c].lights);
+  }
   light_set_finish(&w->lights);
   parts_finish(w->parts);
   mem_free(w->parts);

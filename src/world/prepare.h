@@ -32,18 +32,26 @@ typedef struct Prepare {
   ARRAY(TextureMap) textures;
   ARRAY(int32_t) texture_parts; // TextureMap -> image part, -1: none
   ARRAY(int32_t) texture_mips;  // TextureMap -> mips part, -1: none
+  uint32_t cell;                // of what is added next: 0 the unnamed one, 1 + its index
   ARRAY(Instance) instances;
+  ARRAY(uint32_t) instance_cells; // likewise
   ARRAY(WorldInstance) shading;
   ARRAY(int32_t) mesh_parts;    // instance -> mesh part, -1: a shape
   ARRAY(Volume) volumes;
   ARRAY(WorldMedium) media;
   ARRAY(Instance) boundaries;   // of the media, one each
   ARRAY(int32_t) boundary_parts; // likewise: mesh part, -1: a shape
+  ARRAY(uint32_t) boundary_cells; // likewise
+  ARRAY(WorldClip) clips;
   ARRAY(Emitter) emitters;
+  ARRAY(uint32_t) emitter_cells; // as many
   ARRAY(Sun) suns;
+  ARRAY(uint32_t) sun_cells;     // as many
   ARRAY(LightProfile) profiles; // in the world's arena
   ARRAY(const char *) profile_paths; // as many, in the scratch arena
-  int32_t sky_part;             // image part, -1
+  int32_t *sky_parts;           // of the scene's sky, then of its named ones: image part, -1
+  uint32_t *atmospheres;        // of each cell: 1 + index into the media, 0: none
+  WorldCell *cells;             // the world's, being filled
   bool met_texture;             // by the material being prepared
 } Prepare;
 
@@ -90,10 +98,16 @@ bool prepare_media(Prepare *p); // after parts_make
 // Lights of every source met; area lights become instances, too. Then, once meshes are known, emissive surfaces.
 bool prepare_scene_lights(Prepare *p, const Source *source, const Frame *frame, uint32_t object_i);
 bool prepare_emitters(Prepare *p);
+bool prepare_add_emitter(Prepare *p, const Emitter *e); // in the cell that things are added to
 // A sun in a direction (of any length), of this irradiance on a surface that faces it; angle: its diameter in degrees.
 bool prepare_add_sun(Prepare *p, const float direction[3], Vec3 irradiance, float angle);
 bool prepare_sky(Prepare *p); // before parts_make
 bool prepare_light_set(Prepare *p); // after it
+
+// Cells and gates, before and after all objects.
+bool prepare_cells(Prepare *p);
+bool prepare_gates(Prepare *p);
+MeshData *prepare_unit_box(Prepare *p); // of the parts; NULL when memory is out
 
 // Appends an instance with one material. False when memory is out.
 bool prepare_add_instance(Prepare *p, const Instance *instance, const WorldInstance *shading, int32_t mesh_part);

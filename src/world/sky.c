@@ -1,28 +1,42 @@
 // The sky of a world: pictures turned into panoramas of float rgb, crosses of six sides unfolded, the clear sky baked
-// with its sun. Cold.
+// with its sun; then the set of lights of each cell. Cold.
 
 #include "shade/atmosphere.h"
-#include "world/prepare.h"
+#include "shade/light_sample.h"
+#include "world/lamps.h"
 
 static double radians(float degrees) { return (double)degrees * (3.14159265358979323846 / 180); }
 
-bool prepare_sky(Prepare *p)
+// The scene's own sky is the first, those that cells name follow.
+static size_t sky_count(const Prepare *p) { return p->scene->skies.count + 1; }
+static const Sky *sky_at(const Prepare *p, size_t i) { return i ? &p->scene->skies.items[i - 1].sky : &p->scene->sky; }
+
+static bool find_picture(Prepare *p, size_t i)
 {
-  const Sky *sky = &p->scene->sky;
-  p->sky_part = -1;
+  const Sky *sky = sky_at(p, i);
+  p->sky_parts[i] = -1;
   if (sky->kind != SKY_IMAGE) return true;
   if (!sky->image.file)
     return err_set(p->err, ERR_BAD_SCENE, "the sky names no file; give it one, \"file\": \"studio.exr\"");
   Text path = {0};
   bool ok = scene_file_path(p->scene, sky->image.file, p->options, &path, p->err);
   if (ok) {
-    p->sky_part = parts_add_image(p->parts, p->previous, text_get(&path), NULL, 0);
-    if (p->sky_part < 0) ok = prepare_failed_memory(p);
+    p->sky_parts[i] = parts_add_image(p->parts, p->previous, text_get(&path), NULL, 0);
+    if (p->sky_parts[i] < 0) ok = prepare_failed_memory(p);
   } else {
     err_where(p->err, "sky");
   }
   text_finish(&path);
   return ok;
+}
+
+bool prepare_sky(Prepare *p)
+{
+  p->sky_parts = arena_alloc(&p->scratch, sky_count(p), sizeof *p->sky_parts);
+  if (!p->sky_parts) return prepare_failed_memory(p);
+  for (size_t i = 0; i < sky_count(p); i++)
+    if (!find_picture(p, i)) return false;
+  return true;
 }
 
 // A sky's texel: pictures hold sRGB or light; negative and odd values count as 0.
@@ -146,9 +160,9 @@ static bool unfold_cross(Prepare *p, const Image *from, Image *to)
          err_set(p->err, ERR_CANCELLED, "preparing the sky was cancelled");
 }
 
-static bool sky_pixels(Prepare *p, const SkyImage *sky, Image *to)
+static bool sky_pixels(Prepare *p, const SkyImage *sky, int32_t part, Image *to)
 {
-  const Image *from = &p->parts->images.items[p->sky_part]->image;
+  const Image *from = &p->parts->images.items[part]->image;
   if (sky->layout == LAYOUT_CROSS) return unfold_cross(p, from, to);
   if (!sky_alloc(p, from->width, from->height, to)) return false;
   float *out = to->pixels;
@@ -161,8 +175,16 @@ static bool sky_pixels(Prepare *p, const SkyImage *sky, Image *to)
 }
 
 // --- the clear sky ------------------------------------------------------------------------------------
-static bool bake_sun_sky(Prepare *p, const SkySun *sky, SkyMap *map)
+// A sky, and the sun that comes with it.
+typedef struct BakedSky {
+  bool is_made, has_sun;
+  SkyMap map;
+  Sun sun;
+} BakedSky;
+
+static bool bake_sun_sky(Prepare *p, const SkySun *sky, BakedSky *out)
 {
+  SkyMap *map = &out->map;
   const double radius = radians(sky->sun_size) / 2;
   const Atmosphere a = {.elevation = (float)radians(sky->elevation), .altitude = sky->altitude, .air = sky->air,
                         .dust = sky->dust, .ozone = sky->ozone, .albedo = v3_load(sky->albedo),
@@ -178,43 +200,91 @@ static bool bake_sun_sky(Prepare *p, const SkySun *sky, SkyMap *map)
   const double up = radians(sky->elevation), around = radians(sky->azimuth);
   const float direction[3] = {(float)(cos(up) * sin(around)), (float)sin(up), (float)(-cos(up) * cos(around))};
   const Vec3 irradiance = light.sun * (sky->sun_intensity * sky->gain);
-  return v3_is_zero(irradiance) || prepare_add_sun(p, direction, irradiance, sky->sun_size);
+  if (v3_is_zero(irradiance)) return true;
+  if (!prepare_add_sun(p, direction, irradiance, sky->sun_size)) return false;
+  out->has_sun = true;
+  out->sun = p->suns.items[--p->suns.count];
+  p->sun_cells.count--;
+  return true;
+}
+
+static bool bake(Prepare *p, size_t i, BakedSky *out)
+{
+  const Sky *sky = sky_at(p, i);
+  SkyMap *map = &out->map;
+  if (out->is_made) return true;
+  *out = (BakedSky){.is_made = true, .map = {.gain = 1}};
+  switch ((SkyKind)sky->kind) {
+  case SKY_CONSTANT:
+    map->kind = SKY_MAP_CONSTANT;
+    map->color = v3_load(sky->constant.color);
+    map->gain = sky->constant.gain;
+    return true;
+  case SKY_GRADIENT:
+    map->kind = SKY_MAP_GRADIENT;
+    map->color = v3_load(sky->gradient.zenith);
+    map->horizon = v3_load(sky->gradient.horizon);
+    map->ground = v3_load(sky->gradient.ground);
+    map->gain = sky->gradient.gain;
+    return true;
+  case SKY_IMAGE:
+    map->kind = SKY_MAP_IMAGE;
+    map->gain = sky->image.gain;
+    map->rotation = (float)radians(sky->image.rotation);
+    return sky_pixels(p, &sky->image, p->sky_parts[i], &map->image) || err_where(p->err, "sky");
+  case SKY_SUN: return bake_sun_sky(p, &sky->sun, out);
+  }
+  unreachable();
+}
+
+// --- the lights of each cell ------------------------------------------------------------------------------
+static size_t sky_of_cell(const Prepare *p, size_t cell)
+{
+  return cell ? (size_t)(p->scene->cells.items[cell - 1].common.sky + 1) : 0;
+}
+
+static bool set_skies(Prepare *p, LampList *lists, BakedSky *skies)
+{
+  for (size_t c = 0; c < p->world->cell_count; c++) {
+    BakedSky *sky = &skies[sky_of_cell(p, c)];
+    if (!bake(p, sky_of_cell(p, c), sky)) return false;
+    if (sky->has_sun && !array_push(&lists[c].suns, sky->sun)) return prepare_failed_memory(p);
+    lists[c].sky = &sky->map;
+  }
+  return true;
+}
+
+static bool build_set(Prepare *p, size_t c, const LampList *list, const LightProfile *profiles)
+{
+  WorldCell *cell = &p->cells[c];
+  LightSet *set = c ? arena_alloc(&p->world->arena, 1, sizeof *set) : &p->world->lights;
+  if (!set) return prepare_failed_memory(p);
+  *set = (LightSet){0};
+  cell->lights = set;
+  if (!light_set_build(set, list->emitters.items, list->emitters.count, list->suns.items, list->suns.count, list->sky, p->cancel,
+                       p->err))
+    return false;
+  set->profiles = profiles;
+  const size_t groups = light_group_count(set);
+  if (groups > p->world->light_groups) p->world->light_groups = groups;
+  return true;
 }
 
 bool prepare_light_set(Prepare *p)
 {
-  const Sky *sky = &p->scene->sky;
-  SkyMap map = {.gain = 1};
-  switch ((SkyKind)sky->kind) {
-  case SKY_CONSTANT:
-    map.kind = SKY_MAP_CONSTANT;
-    map.color = v3_load(sky->constant.color);
-    map.gain = sky->constant.gain;
-    break;
-  case SKY_GRADIENT:
-    map.kind = SKY_MAP_GRADIENT;
-    map.color = v3_load(sky->gradient.zenith);
-    map.horizon = v3_load(sky->gradient.horizon);
-    map.ground = v3_load(sky->gradient.ground);
-    map.gain = sky->gradient.gain;
-    break;
-  case SKY_IMAGE:
-    map.kind = SKY_MAP_IMAGE;
-    map.gain = sky->image.gain;
-    map.rotation = (float)radians(sky->image.rotation);
-    if (!sky_pixels(p, &sky->image, &map.image)) return err_where(p->err, "sky");
-    break;
-  case SKY_SUN:
-    if (!bake_sun_sky(p, &sky->sun, &map)) return false;
-    break;
-  }
-  if (!light_set_build(&p->world->lights, p->emitters.items, p->emitters.count, p->suns.items, p->suns.count, &map,
-                       p->cancel, p->err))
-    return false;
-  const size_t count = p->profiles.count;
+  const size_t count = p->profiles.count, cells = p->world->cell_count;
   LightProfile *profiles = arena_alloc(&p->world->arena, count ? count : 1, sizeof *profiles);
-  if (!profiles) return prepare_failed_memory(p);
+  BakedSky *skies = arena_alloc(&p->scratch, sky_count(p), sizeof *skies);
+  LampList *lists = arena_alloc(&p->scratch, cells, sizeof *lists);
+  if (!profiles || !skies || !lists) return prepare_failed_memory(p);
   for (size_t i = 0; i < count; i++) profiles[i] = p->profiles.items[i];
-  p->world->lights.profiles = profiles;
-  return true;
+  memset(skies, 0, sky_count(p) * sizeof *skies);
+  memset(lists, 0, cells * sizeof *lists);
+  bool ok = lamps_by_cell(p, lists) && set_skies(p, lists, skies) && lamps_through_gates(p, lists);
+  for (size_t c = 0; ok && c < cells; c++) ok = build_set(p, c, &lists[c], profiles);
+  for (size_t c = 0; c < cells; c++) {
+    array_finish(&lists[c].emitters);
+    array_finish(&lists[c].suns);
+  }
+  return ok;
 }

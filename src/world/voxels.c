@@ -325,7 +325,7 @@ static bool keep_emitters(Prepare *p, size_t index, const Rectangles *list, size
         c[row_axis(r->face)] = r->row + y;
         put_key(l, voxel_light_key(r->face, c[0], c[1], c[2]), (int32_t)p->emitters.count);
       }
-    if (!array_push(&p->emitters, e)) return prepare_failed_memory(p);
+    if (!prepare_add_emitter(p, &e)) return false;
   }
   w->voxel_lights = l;
   return true;

@@ -17,6 +17,7 @@
 #include "shade/material.h"
 #include "shade/texture.h"
 #include "shade/volume.h"
+#include "space/transport.h"
 
 // Which emitter a face of a shining voxel is part of: open addressing by voxel_light_key().
 typedef struct VoxelLights {
@@ -42,6 +43,8 @@ typedef struct WorldInstance {
   bool is_background;          // by its role
   uint32_t object_i;           // which object of the main scene it came from, for picking and ids
   uint32_t medium;             // what fills it: 1 + index into World.media; 0: nothing
+  uint32_t gate;               // it is the surface of a gate: 1 + index into World.space.gates; 0: it is none
+  uint32_t clip;               // it is cut off by a plane: 1 + index into World.clips; 0: it is whole
 } WorldInstance;
 
 // A medium in its place; same index as the Instance of its boundary in World.media_accel. The atmosphere comes last and
@@ -53,12 +56,41 @@ typedef struct WorldMedium {
   uint32_t object_i;
 } WorldMedium;
 
+// A plane that cuts off an instance where it goes through a gate: there is only what has n . p > c.
+typedef struct WorldClip {
+  Vec3 n;
+  float c;
+} WorldClip;
+
+// Lamps of some cell as they are seen from another, through the gates that a word of Way names.
+typedef struct LightImage {
+  uint64_t word;
+  uint32_t cell;           // where the lamps are
+  Frame to_there;          // from the chart of the cell that looks into theirs
+  uint32_t first_sun;      // in the set, as many as their cell has of its own; NO_IMAGE: none
+  const int32_t *emitters; // by their number in their cell: index in the set, -1: not aimed at; NULL: none
+} LightImage;
+#define NO_IMAGE UINT32_MAX
+
+// A space of its own: what is in it, and what lights it. Instances and media are numbered through all cells.
+typedef struct WorldCell {
+  Accel *accel;           // over the instances in it
+  Accel *media_accel;     // over the boundaries in it; NULL: there are none
+  const LightSet *lights; // its own lamps first, then images
+  size_t own_emitters, own_suns;
+  uint32_t first_emitter; // of its own, as instances number emitters
+  const LightImage *images;
+  uint32_t image_count;
+  uint32_t atmosphere;    // 1 + index into World.media; 0: none
+  Vec3 gravity;
+} WorldCell;
+
 typedef struct World World;
 struct World {
   atomic_int users;
   Arena arena;                 // owns the arrays below
-  Accel *accel;
-  const LaneSet *lanes;        // the same for packets of rays, in worlds of few simple shapes; else NULL
+  Accel *accel;                // of the first cell, and whose instances all others share
+  const LaneSet *lanes;        // the same for packets of rays, in worlds of few simple shapes and one cell; else NULL
   const WorldInstance *instances;
   size_t instance_count;
   const SurfaceMaterial *materials; // the last one is the default material
@@ -69,9 +101,16 @@ struct World {
   const Volume *volumes;
   const WorldMedium *media;    // boundaries of media, whether or not a surface is there, too
   size_t media_count;          // 0: no medium anywhere
-  bool has_atmosphere;         // the last of media
-  Accel *media_accel;          // over the boundaries; NULL: there are none
-  LightSet lights;
+  const WorldCell *cells;      // the unnamed one first, then as the scene has them
+  size_t cell_count;
+  Space space;                 // its gates
+  const WorldClip *clips;
+  int32_t crossings;           // most gates a ray goes through
+  float fade;                  // see space_fade()
+  Vec3 fade_color;
+  size_t light_groups;         // the most that any cell has
+  Accel *media_accel;          // likewise, over boundaries of media; NULL: there are none
+  LightSet lights;             // of the first cell
   WhittedSettings whitted;     // as the scene has them
   Vec3 whitted_ambient;
   bool has_background, has_panes; // objects of that role; materials that let light through

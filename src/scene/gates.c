@@ -1,0 +1,300 @@
+// See gates.h. With A and B the places of two gates, one goes from A to B by B T A^-1: T scales by the ratio of their
+// sizes, mirrors x if asked to, and turns by half about y where one comes out of the front, as two doors do that each
+// face their own room. T is its own inverse but for the scale, so the way back is the same rule with A and B exchanged.
+
+#include "scene/gates.h"
+
+#include "base/mem.h"
+
+#include <math.h>
+#include <string.h>
+
+static Frame pose(const float translate[3], const float rotate[3])
+{
+  ObjectCommon o = {.scale = {1, 1, 1}};
+  memcpy(o.translate, translate, sizeof o.translate);
+  memcpy(o.rotate, rotate, sizeof o.rotate);
+  return object_frame(&o);
+}
+
+Frame gate_frame(const Gate *g)
+{
+  return pose(g->common.translate, g->common.rotate);
+}
+
+// --- one gate ---------------------------------------------------------------------------------------
+static double outline_area(const Points *p)
+{
+  double sum = 0;
+  for (int32_t i = 0; i < p->count; i++) {
+    const float *a = p->xy + 2 * i, *b = p->xy + 2 * ((i + 1) % p->count);
+    sum += (double)a[0] * (double)b[1] - (double)a[1] * (double)b[0];
+  }
+  return sum / 2;
+}
+
+static double turn(const float *a, const float *b, const float *c)
+{
+  return ((double)b[0] - (double)a[0]) * ((double)c[1] - (double)a[1]) -
+         ((double)b[1] - (double)a[1]) * ((double)c[0] - (double)a[0]);
+}
+
+static bool outline_crosses(const Points *p)
+{
+  for (int32_t i = 0; i < p->count; i++)
+    for (int32_t k = i + 2; k < p->count; k++) {
+      if (i == 0 && k == p->count - 1) continue;
+      const float *a = p->xy + 2 * i, *b = p->xy + 2 * ((i + 1) % p->count);
+      const float *c = p->xy + 2 * k, *d = p->xy + 2 * ((k + 1) % p->count);
+      if (turn(a, b, c) * turn(a, b, d) <= 0 && turn(c, d, a) * turn(c, d, b) <= 0) return true;
+    }
+  return false;
+}
+
+static bool fail_size(const char **field, const char *name, Err *err)
+{
+  *field = name;
+  return err_set(err, ERR_BAD_SCENE, "%s must be larger than 0 in every direction: nothing goes through a gate of no size", name);
+}
+
+bool gate_check(const Gate *g, const char **field, Err *err)
+{
+  *field = "wall";
+  if (g->common.wall && !gate_is_flat(g))
+    return err_set(err, ERR_BAD_SCENE, "only a flat gate, rect or polygon, can be a wall; a %s has a cell on both sides",
+                   g->kind == GATE_BOX ? "box" : "sphere");
+  switch ((GateKind)g->kind) {
+  case GATE_RECT:
+    return (g->rect.size[0] > 0 && g->rect.size[1] > 0) || fail_size(field, "size", err);
+  case GATE_BOX:
+    return (g->box.size[0] > 0 && g->box.size[1] > 0 && g->box.size[2] > 0) || fail_size(field, "size", err);
+  case GATE_SPHERE: return g->sphere.radius > 0 || fail_size(field, "radius", err);
+  case GATE_POLYGON:
+    *field = "points";
+    if (!g->polygon.points) return err_set(err, ERR_BAD_SCENE, "a gate of kind \"polygon\" needs \"points\", its corners");
+    if (outline_crosses(g->polygon.points))
+      return err_set(err, ERR_BAD_SCENE, "the outline of this gate crosses itself; give its corners in their order");
+    return outline_area(g->polygon.points) > 0 ||
+           err_set(err, ERR_BAD_SCENE, "the corners must run counter-clockwise seen from the front, around some area");
+  }
+  return true;
+}
+
+// --- pairs --------------------------------------------------------------------------------------------
+typedef struct Linker {
+  const Scene *scene;
+  GateLink (*links)[2];
+  int32_t gate_i; // being linked
+  const char *field;
+  Err *err;
+} Linker;
+
+// Lengths that make two gates of one kind comparable: all must have one ratio.
+static int lengths_of(const Gate *g, bool is_mirrored, float out[2 * MOST_POINTS])
+{
+  switch ((GateKind)g->kind) {
+  case GATE_RECT: memcpy(out, g->rect.size, sizeof g->rect.size); return 2;
+  case GATE_BOX: memcpy(out, g->box.size, sizeof g->box.size); return 3;
+  case GATE_SPHERE: out[0] = g->sphere.radius; return 1;
+  case GATE_POLYGON: {
+    // Through a mirror (or out of the front) x is turned round, so corners come in the other order: from the first, back.
+    const Points *p = g->polygon.points;
+    for (int32_t i = 0; i < p->count; i++) {
+      const float *at = p->xy + 2 * (is_mirrored ? (p->count - i) % p->count : i);
+      out[2 * i] = is_mirrored ? -at[0] : at[0];
+      out[2 * i + 1] = at[1];
+    }
+    return 2 * p->count;
+  }
+  }
+  return 0;
+}
+
+static float largest(const float *x, int count)
+{
+  float most = 0;
+  for (int i = 0; i < count; i++) most = fmaxf(most, fabsf(x[i]));
+  return most;
+}
+
+// The one scale that makes a's aperture b's; 0: there is none. Corners of polygons may begin anywhere.
+static float ratio_of(const Gate *a, const Gate *b, bool turns_x)
+{
+  float from[2 * MOST_POINTS], to[2 * MOST_POINTS];
+  if (a->kind != b->kind) return 0;
+  const int count = lengths_of(a, false, from);
+  if (lengths_of(b, turns_x, to) != count) return 0;
+  const float ratio = largest(to, count) / largest(from, count), slack = 1e-4f * largest(to, count);
+  for (int shift = 0; shift < (a->kind == GATE_POLYGON ? count : 1); shift += 2) {
+    float off = 0;
+    for (int i = 0; i < count; i++) off = fmaxf(off, fabsf(from[i] * ratio - to[(i + shift) % count]));
+    if (off <= slack) return ratio;
+  }
+  return 0;
+}
+
+static Frame map_between(const Frame *a, const Frame *b, float scale, bool mirrors, bool turns)
+{
+  Frame t = frame_identity();
+  t.x *= (mirrors != turns ? -scale : scale);
+  t.y *= scale;
+  t.z *= turns ? -scale : scale;
+  const Frame back = frame_inverse(a), over = frame_product(&t, &back);
+  return frame_product(b, &over);
+}
+
+// The frame of a turned gate has sines that are not exact, and a pair at one place must have exactly the identity.
+static Frame map_of_pair(const Frame *a, const Frame *b, float scale, bool mirrors, bool turns)
+{
+  if (!memcmp(a, b, sizeof *a) && scale == 1 && !mirrors && !turns) return frame_identity();
+  return map_between(a, b, scale, mirrors, turns);
+}
+
+static const char *cell_name(const Scene *s, int32_t cell)
+{
+  return cell < 0 ? "the unnamed cell" : s->cells.items[cell].name;
+}
+
+static bool put_link(Linker *l, int32_t gate, int32_t side, const GateLink *link)
+{
+  GateLink *at = &l->links[gate][side];
+  if (at->exists) {
+    float off = 0;
+    const Vec3 d[4] = {at->map.x - link->map.x, at->map.y - link->map.y, at->map.z - link->map.z, at->map.p - link->map.p};
+    for (int k = 0; k < 4; k++) off = fmaxf(off, v3_length(d[k]));
+    if (at->cell == link->cell && at->gate == link->gate && off < 1e-4f * (1 + v3_length(link->map.p))) return true;
+    return err_set(l->err, ERR_BAD_SCENE,
+                   "the %s of gate \"%s\" would lead to two places; make one of the gates that lead there \"one_way\": true, or give "
+                   "both the same \"out\" and \"mirror\"",
+                   side == FRONT ? "front" : "back", l->scene->gates.items[gate].name);
+  }
+  *at = *link;
+  return true;
+}
+
+// One side of a gate to one of another, and back unless that is one way.
+static bool link_side(Linker *l, int32_t from, int32_t from_side, int32_t to, int32_t to_side)
+{
+  const Gate *a = &l->scene->gates.items[from], *b = &l->scene->gates.items[to];
+  const Frame fa = gate_frame(a), fb = gate_frame(b);
+  const bool turns = from_side == to_side;
+  const float ratio = ratio_of(a, b, a->common.mirror != turns);
+  if (!(ratio > 0))
+    return err_set(l->err, ERR_BAD_SCENE,
+                   "gate \"%s\" leads to \"%s\", whose %s; a gate turns, moves, mirrors and scales alike in all directions, no more",
+                   a->name, b->name,
+                   a->kind != b->kind ? "kind is another" : "outline is not the same one larger or smaller");
+  const GateLink there = {true, b->common.cell, to, to_side, map_of_pair(&fa, &fb, ratio, a->common.mirror, turns)};
+  const GateLink back = {true, a->common.cell, from, from_side, map_of_pair(&fb, &fa, 1 / ratio, a->common.mirror, turns)};
+  return put_link(l, from, from_side, &there) &&
+         (a->common.one_way || (from == to && from_side == to_side) || put_link(l, to, to_side, &back));
+}
+
+static bool link_pair(Linker *l, int32_t to, bool has_front, bool has_back)
+{
+  const Gate *g = &l->scene->gates.items[l->gate_i];
+  const bool turns = gate_is_flat(g) && g->common.out == GATE_OUT_FRONT;
+  return (!has_front || link_side(l, l->gate_i, FRONT, to, turns ? FRONT : BACK)) &&
+         (!has_back || link_side(l, l->gate_i, BACK, to, turns ? BACK : FRONT));
+}
+
+static bool is_placed(const GateCommon *c)
+{
+  bool is = c->to_cell >= 0 || c->to_scale != 1;
+  for (int k = 0; k < 3; k++) is |= c->to_translate[k] != 0 || c->to_rotate[k] != 0;
+  return is;
+}
+
+// A gate whose other side is a mere place. If another gate lies exactly there, one comes out of that one: it must not
+// be met again at once.
+static bool link_place(Linker *l)
+{
+  const Scene *s = l->scene;
+  const Gate *g = &s->gates.items[l->gate_i];
+  const GateCommon *c = &g->common;
+  const Frame from = gate_frame(g), to = pose(c->to_translate, c->to_rotate);
+  GateLink link = {true, c->to_cell >= 0 ? c->to_cell : c->cell, -1, BACK,
+                   map_of_pair(&from, &to, c->to_scale, c->mirror, false)};
+  for (size_t i = 0; i < s->gates.count; i++) {
+    const Gate *other = &s->gates.items[i];
+    const Frame at = gate_frame(other);
+    const float ratio = ratio_of(g, other, c->mirror);
+    if (other->common.cell == link.cell && fabsf(ratio - c->to_scale) <= 1e-4f * ratio && v3_length(at.p - to.p) <= 1e-5f * (1 + v3_length(to.p)) &&
+        v3_length(at.x - to.x) < 1e-4f && v3_length(at.y - to.y) < 1e-4f)
+      link.gate = (int32_t)i;
+  }
+  if (!put_link(l, l->gate_i, FRONT, &link)) return false;
+  link.side = FRONT;
+  return c->sides != GATE_SIDES_BOTH || c->back_to >= 0 || put_link(l, l->gate_i, BACK, &link);
+}
+
+static bool link_gate(Linker *l)
+{
+  const GateCommon *c = &l->scene->gates.items[l->gate_i].common;
+  l->field = "to";
+  if (c->to >= 0) {
+    if (is_placed(c)) {
+      l->field = "to_translate";
+      return err_set(l->err, ERR_BAD_SCENE, "a gate leads to another gate or to a place, not to both; leave out \"to\" or all of "
+                     "\"to_cell\", \"to_translate\", \"to_rotate\" and \"to_scale\"");
+    }
+    if (!link_pair(l, c->to, true, c->sides == GATE_SIDES_BOTH && c->back_to < 0)) return false;
+  } else if (is_placed(c)) {
+    if (!link_place(l)) return false;
+  }
+  l->field = "back_to";
+  return c->back_to < 0 || link_pair(l, c->back_to, false, true);
+}
+
+static bool check_led(Linker *l)
+{
+  const Scene *s = l->scene;
+  l->field = NULL;
+  for (l->gate_i = 0; (size_t)l->gate_i < s->gates.count; l->gate_i++) {
+    const Gate *g = &s->gates.items[l->gate_i];
+    bool is_target = l->links[l->gate_i][FRONT].exists || l->links[l->gate_i][BACK].exists;
+    for (size_t i = 0; !is_target && i < s->gates.count; i++)
+      is_target = s->gates.items[i].common.to == l->gate_i || s->gates.items[i].common.back_to == l->gate_i;
+    if (!is_target)
+      return err_set(l->err, ERR_BAD_SCENE,
+                     "gate \"%s\" leads nowhere and no gate leads to it; name its partner in \"to\", or a place by \"to_cell\" and "
+                     "\"to_translate\"", g->name);
+    l->field = "wall";
+    if (g->common.wall && !l->links[l->gate_i][FRONT].exists)
+      return err_set(l->err, ERR_BAD_SCENE, "gate \"%s\" is a wall, but its front, which must face into the cell \"%s\", leads nowhere",
+                     g->name, cell_name(s, g->common.cell));
+    l->field = NULL;
+  }
+  return true;
+}
+
+bool gates_link(const Scene *s, GateLink (*links)[2], int32_t *gate_i, const char **field, Err *err)
+{
+  Linker l = {.scene = s, .links = links, .err = err};
+  bool ok = true;
+  if (s->gates.count) memset(links, 0, s->gates.count * sizeof *links);
+  for (; ok && (size_t)l.gate_i < s->gates.count; l.gate_i += ok) {
+    ok = gate_check(&s->gates.items[l.gate_i], &l.field, err);
+  }
+  for (l.gate_i = ok ? 0 : l.gate_i; ok && (size_t)l.gate_i < s->gates.count; l.gate_i += ok) ok = link_gate(&l);
+  if (ok) ok = check_led(&l);
+  if (!ok && gate_i) *gate_i = l.gate_i;
+  if (!ok && field) *field = l.field;
+  return ok;
+}
+
+// --- cells ----------------------------------------------------------------------------------------------
+bool cells_check(const Scene *s, int32_t *cell_i, Err *err)
+{
+  for (size_t c = 0; c < s->cells.count; c++) {
+    bool has_content = s->cells.items[c].common.sky >= 0 || s->cells.items[c].common.atmosphere >= 0;
+    for (size_t i = 0; !has_content && i < s->objects.count; i++) has_content = s->objects.items[i].common.cell == (int32_t)c;
+    for (size_t i = 0; !has_content && i < s->lights.count; i++) has_content = s->lights.items[i].common.cell == (int32_t)c;
+    if (has_content) continue;
+    if (cell_i) *cell_i = (int32_t)c;
+    return err_set(err, ERR_BAD_SCENE,
+                   "cell \"%s\" is empty: no object and no light has \"cell\": \"%s\", and it has no sky of its own; put something "
+                   "into it, or take it out", s->cells.items[c].name, s->cells.items[c].name);
+  }
+  return true;
+}
