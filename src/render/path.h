@@ -262,6 +262,13 @@ static inline uint64_t light_plan(const World *w, uint32_t cell, uint32_t image)
   return image ? w->cells[cell].images[image - 1].word : 0;
 }
 
+// A ray to an image that misses its first gate needs no asking.
+static inline bool light_meets_gate(const World *w, uint32_t cell, uint32_t image, const Ray *ray)
+{
+  const uint32_t first = (uint32_t)(light_plan(w, cell, image) & 0xffff) - 1;
+  return gate_meet(&w->space.gates[first / 2], (int)(first & 1), ray) < ray->tmax;
+}
+
 static inline float path_light_fade(const World *w, const LightSample *l)
 {
   return world_has_gates(w) && l->distance < INFINITY ? space_fade(w->fade, l->distance) : 1;
@@ -288,6 +295,7 @@ static inline bool path_sample_light(const Path *p, const PathVertex *v, const B
   if (w->fade > 0) out->light *= path_light_fade(w, &l);
   if (v3_is_zero(out->light)) return false;
   const Ray ray = trace_light_ray(&v->s, l.wl, l.distance);
+  if (l.image && !light_meets_gate(w, p->way.cell, l.image, &ray)) return false;
   out->ray = ray_pack(&ray);
   out->seed = path_ray_seed(p, 1 + (uint32_t)group);
   out->cell = p->way.cell;

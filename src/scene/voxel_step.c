@@ -286,10 +286,10 @@ static bool fill_heights(Step *s, const Scene *scene, const LoadOptions *options
 }
 
 // --- cells that hang together -------------------------------------------------------------------------------------
-typedef struct Cell {
+typedef struct VoxelPlace {
   int16_t at[3];
-} Cell;
-typedef ARRAY(Cell) Cells;
+} VoxelPlace;
+typedef ARRAY(VoxelPlace) Cells;
 
 static uint32_t get(const Step *s, const int32_t c[3]) { return voxel_edit_get(s->edit, c[0], c[1], c[2]); }
 
@@ -333,7 +333,7 @@ static bool gather(Step *s, const int32_t first[3], int not_along, int face, Joi
   bool ok = true;
   if (joins(s, first, entry, face)) {
     (void)see(seen, size, first);
-    ok = array_push(out, ((Cell){{(int16_t)first[0], (int16_t)first[1], (int16_t)first[2]}}));
+    ok = array_push(out, ((VoxelPlace){{(int16_t)first[0], (int16_t)first[1], (int16_t)first[2]}}));
   }
   for (size_t i = 0; ok && i < out->count; i++)
     for (int side = 0; ok && side < 6; side++) {
@@ -341,7 +341,7 @@ static bool gather(Step *s, const int32_t first[3], int not_along, int face, Joi
       int32_t c[3] = {out->items[i].at[0], out->items[i].at[1], out->items[i].at[2]};
       c[side >> 1] += side & 1 ? 1 : -1;
       if (is_in_grid(s, c) && joins(s, c, entry, face) && see(seen, size, c))
-        ok = array_push(out, ((Cell){{(int16_t)c[0], (int16_t)c[1], (int16_t)c[2]}}));
+        ok = array_push(out, ((VoxelPlace){{(int16_t)c[0], (int16_t)c[1], (int16_t)c[2]}}));
     }
   mem_free(seen);
   return ok || failed_memory(s);
