@@ -61,7 +61,7 @@ static uint64_t hash_of(const char *json, Integrator integrator, IsaLevel isa)
   "{ \"shape\": { \"kind\": \"torus\" }, \"translate\": [0, -50, 0], \"material\": \"w\"" front "}," /* no lanes know it: all ask the trees */ \
   "{ \"shape\": { \"kind\": \"sphere\", \"radius\": 0.5 }, \"translate\": [-0.8, 0.5, 1.5], \"material\": \"w\"" front "}," \
   "{ \"shape\": { \"kind\": \"box\", \"size\": [0.7, 1.5, 0.7] }, \"translate\": [0.8, 0.75, -1.5], \"material\": \"w\"" back "} ]," \
-  "\"lights\": [ { \"kind\": \"point\", \"position\": [0, 2.5, 1], \"intensity\": 20" front "} ] }"
+  "\"lights\": [ { \"kind\": \"spot\", \"position\": [0, 2.5, 1], \"target\": [0, 0, -0.5], \"angle\": 80, \"intensity\": 20" front "} ] }"
 
 static const char whole[] = HALL("", "", "");
 static const char cut[] = HALL("", ", \"cell\": \"rear\"",
