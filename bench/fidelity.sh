@@ -13,16 +13,17 @@ usage: bench/fidelity.sh [OPTION]...
   --threads N        for both (2)
   --noise X          target of the adaptive renders (0.15)
   --no-cycles        take Cycles' pictures and times from the cache
+  --sheet FILE.jpg   also all pictures, ours in the left half of each pair (needs ImageMagick)
 Needs Debian's blender and python3-numpy. Denoisers are off; start-up, loading and trees are not counted;
 times are processor seconds over the number of threads.
 END
 }
-rayfold=$top/build/rayfold cache=$top/build/fidelity scenes="" spp="32 128" threads=2 cycles=1 target=0.15
+rayfold=$top/build/rayfold cache=$top/build/fidelity scenes="" spp="32 128" threads=2 cycles=1 target=0.15 sheet=
 while [ $# -gt 0 ]; do
   case $1 in
   --help) usage && exit 0 ;;
   --no-cycles) cycles=0 ;;
-  --rayfold | --cache | --scene | --spp | --threads | --noise)
+  --rayfold | --cache | --scene | --spp | --threads | --noise | --sheet)
     [ $# -ge 2 ] || { usage >&2 && exit 64; }
     case $1 in
     --rayfold) rayfold=$2 ;;
@@ -31,6 +32,7 @@ while [ $# -gt 0 ]; do
     --spp) spp=$2 ;;
     --threads) threads=$2 ;;
     --noise) target=$2 ;;
+    --sheet) sheet=$2 ;;
     esac
     shift
     ;;
@@ -114,3 +116,14 @@ for s in $scenes; do
       printf "%-12s | %-7.1f %-7.1f | %-23s %-23s %-7s %-7s | %-8.2f %-8.2f %-8.2f | %-6.2f %.2f\n", s, 1000 * a, 1000 * b,
         mean, other, off, block, t, u, w, t / u, w / u }'
 done
+[ -n "$sheet" ] || exit 0
+tiles=
+for s in $scenes; do
+  for who in ours1 cycles0; do
+    [ -e "$out/${s}_${who}_$many.pfm" ] || continue
+    "$rayfold" convert "$out/${s}_${who}_$many.pfm" "$out/${s}_$who.png" --quiet
+    tiles="$tiles $out/${s}_$who.png"
+  done
+done
+# shellcheck disable=SC2086
+montage $tiles -tile 4x -geometry 240x240+3+3 -background white -quality 88 "$sheet"
