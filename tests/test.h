@@ -92,6 +92,13 @@ static inline double test_intensity(void)
   return x > 0 && x < 1e9 ? x : 1;
 }
 
+// A file as it is wanted, without waiting for the disk as file_write_whole() does: tests write thousands.
+static inline void test_put_file(const char *path, const void *data, size_t size)
+{
+  FILE *f = fopen(path, "wb");
+  if (!f || fwrite(data, 1, size, f) != size || fclose(f)) abort();
+}
+
 // Runs all tests, or those whose names contain the first argument.
 #define TEST_MAIN                                                                                    \
   int main(int argc, char **argv)                                                                    \

@@ -21,7 +21,7 @@ static void denoise_with(const Shot *s, const PostKernels *kernels, int threads,
 TEST(four_samples_come_nearer_to_many)
 {
   enum { W = 240, H = 160 };
-  Shot noisy = shot_render(W, H, 4), truth = shot_render(W, H, TEST_IS_SLOW ? 64 : 512);
+  Shot noisy = shot_render(W, H, 4), truth = shot_render(W, H, TEST_IS_SLOW ? 64 : 128);
   float *out = mem_alloc(W * H, 4 * sizeof *out);
   denoise_with(&noisy, best(), 2, out);
   const double before = psnr(noisy.guided.color, truth.guided.color, W * H),

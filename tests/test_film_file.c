@@ -123,7 +123,7 @@ static const char *bytes_at(const char *name, const void *bytes, size_t size)
   char older[300];
   snprintf(older, sizeof older, "%s~", path);
   unlink(older);
-  CHECK(file_write_whole(path, bytes, size, NULL));
+  test_put_file(path, bytes, size);
   return path;
 }
 
