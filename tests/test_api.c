@@ -64,6 +64,13 @@ TEST(films_are_kept_and_keys_tell_pictures_apart)
   rf_eye moved = eye;
   moved.frame.p.x += 1;
   CHECK(rf_picture_key(s, w, &eye) == key && rf_picture_key(s, w, &moved) != key);
+  CHECK(rf_set_time(s, 1));
+  CHECK(rf_picture_key(s, w, &eye) == key);
+  CHECK(rf_set(s, "camera.shutter", "0.5"));
+  const uint64_t open_key = rf_picture_key(s, w, &eye);
+  CHECK(rf_set_time(s, 2));
+  CHECK(rf_picture_key(s, w, &eye) != open_key);
+  CHECK(rf_undo(s));
 
   char path[] = "/tmp/rayfold-kept-XXXXXX";
   const int file = mkstemp(path);

@@ -32,6 +32,14 @@ static bool write_what_counts(const Scene *s, Text *out, Err *err)
   return scene_write(&like, out, err);
 }
 
+// What moves while a shutter is open shows more than the moment's own values, which the text has.
+static uint64_t moment_hash(uint64_t h, const Scene *s)
+{
+  bool opens = s->camera.common.shutter > 0;
+  for (size_t i = 0; i < s->cameras.count; i++) opens |= s->cameras.items[i].common.shutter > 0;
+  return opens && s->has_time ? hash_bytes(h, &s->time, sizeof s->time) : h;
+}
+
 uint64_t rf_picture_key(const rf_scene *s, const rf_world *w, const rf_eye *eye)
 {
   if (!s || !w || !eye) return api_bad_argument("rf_picture_key", "scene, world and eye must not be NULL"), 0;
@@ -40,7 +48,7 @@ uint64_t rf_picture_key(const rf_scene *s, const rf_world *w, const rf_eye *eye)
   uint64_t h = 0;
   if (write_what_counts(s->scene, &text, &err)) {
     h = hash_bytes(world_content_hash(w->world), text_get(&text), text.length);
-    h = eye_hash(h, eye);
+    h = eye_hash(moment_hash(h, s->scene), eye);
     h += h == 0;
   }
   text_finish(&text);

@@ -1,4 +1,4 @@
-// A hash of what a world shows that its scene's text only names: vertices, triangles and pixels. Two machines that
+// A hash of what a world shows that its scene's text only names: vertices, triangles, pixels and densities. Two machines that
 // read the same files get the same number.
 
 #include "base/hash.h"
@@ -30,6 +30,13 @@ static uint64_t image_part_hash(uint64_t h, const Image *i)
   return i->pixels ? hash_bulk(h, i->pixels, size) : h;
 }
 
+static uint64_t density_hash(uint64_t h, const Density *d)
+{
+  if (d->kind != DENSITY_GRID) return h; // a formula, which the scene's text has whole
+  const size_t count = (size_t)d->grid.size[0] * d->grid.size[1] * d->grid.size[2];
+  return hash_floats(hash_bulk(h, d->grid.size, sizeof d->grid.size), d->grid.values, count);
+}
+
 uint64_t world_content_hash(const World *w)
 {
   const WorldParts *p = (const WorldParts *)w->parts;
@@ -37,5 +44,6 @@ uint64_t world_content_hash(const World *w)
   for (size_t i = 0; i < p->meshes.count; i++) h = mesh_hash(h, p->meshes.items[i].data);
   for (size_t i = 0; i < p->images.count; i++) h = image_part_hash(h, &p->images.items[i]->image);
   for (size_t i = 0; i < p->voxels.count; i++) h = voxels_hash(h, p->voxels.items[i]);
+  for (size_t i = 0; i < p->densities.count; i++) h = density_hash(h, &p->densities.items[i]->density);
   return h;
 }

@@ -159,7 +159,7 @@ World *world_prepare(const Scene *s, const World *previous, const LoadOptions *o
 World *world_share(World *w);
 void world_release(World *w); // accepts NULL
 
-// Of all meshes and pictures, in their order. Reads them all.
+// Of all meshes, pictures and grids of densities, in their order. Reads them all.
 uint64_t world_content_hash(const World *w);
 
 // A camera that shows the whole scene well, for models that bring none: from above and to the right of the front,
