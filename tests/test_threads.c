@@ -11,7 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define RICH_HASH 0x38ca7d5760e79d8bull
+#define RICH_HASH 0x9901031d435e6f41ull
 
 // --- determinism --------------------------------------------------------------------------------
 

@@ -243,7 +243,8 @@ static inline bool classic_step(void *classic, Path *p, Ray *ray, const Hit *hit
   classic_scatter(c, p, &v, &lobes);
   if (!lobes.has_shine) return false;
   v.bsdf = lobes.shine;
-  return path_scatter(p, &v, path_draw(p, PAIR_CHOICES).x, ray);
+  const BsdfView view = bsdf_view(&v.bsdf, frame_local(&v.bsdf.frame, v.wo));
+  return path_scatter(p, &v, &view, path_draw(p, PAIR_CHOICES).x, ray);
 }
 
 static inline void classic_shade(Classic *c)

@@ -224,14 +224,13 @@ static inline void wave_add_lights(Wave *w)
   w->light_count = 0;
 }
 
-static inline void wave_sample_lights(Wave *w, const Path *p, const PathVertex *v)
+static inline void wave_sample_lights(Wave *w, const Path *p, const PathVertex *v, const BsdfView *view)
 {
   const size_t groups = light_group_count(world_lights(w->pass->world, p->way.cell));
-  const BsdfView view = bsdf_view(&v->bsdf, frame_local(&v->bsdf.frame, v->wo));
   for (size_t g = 0; g < groups; g++) {
     if (w->light_count == WAVE_LIGHTS) wave_add_lights(w);
     PathLight *l = &w->lights[w->light_count];
-    if (!path_sample_light(p, v, &view, g, l)) continue;
+    if (!path_sample_light(p, v, view, g, l)) continue;
     if (w->has_media) {
       MediumSet *media = &w->light_media[w->light_count];
       *media = w->media[p - w->paths];
@@ -293,10 +292,11 @@ static inline bool wave_step(void *wave, Path *p, Ray *ray, const Hit *hit, Film
   else if (!wave_arrive(w, p, ray, hit, &v, seen))
     return false;
   if (p->depth >= w->pass->settings.max_depth) return false;
-  if (is_inside || !bsdf_is_delta(&v.bsdf)) wave_sample_lights(w, p, &v);
+  const BsdfView view = is_inside ? (BsdfView){0} : bsdf_view(&v.bsdf, frame_local(&v.bsdf.frame, v.wo));
+  if (is_inside || !bsdf_is_delta(&v.bsdf)) wave_sample_lights(w, p, &v, &view);
   const Vec2 choices = path_draw(p, PAIR_CHOICES);
   if (is_inside) return path_scatter_medium(p, &at, ray) && path_survives(p, choices.y);
-  if (!path_scatter(p, &v, choices.x, ray)) return false;
+  if (!path_scatter(p, &v, &view, choices.x, ray)) return false;
   if (w->has_media && path_crosses(&v, ray->d))
     media_cross_surface(w->pass->world, &w->media[p - w->paths], v.s.instance, !v.s.is_back);
   return path_survives(p, choices.y);

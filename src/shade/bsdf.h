@@ -320,7 +320,10 @@ static inline void material_bsdf(const SurfaceMaterial *m, const TextureMap *map
   const Vec3 color = clamp_color(m->color * texture_color(maps, m->color_map, s) * v3_load(s->color));
   switch ((SurfaceKind)m->kind) {
   case SURFACE_PBR: bsdf_pbr(m, maps, s, color, out); return;
-  case SURFACE_LAMBERT: set_covered(out, color, 0, 0); return;
+  case SURFACE_LAMBERT:
+    set_covered(out, color, 0, 0);
+    out->is_matt = true;
+    return;
   case SURFACE_MIRROR:
     set_roughness(out, m->roughness);
     out->f0 = out->f90 = color;

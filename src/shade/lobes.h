@@ -39,6 +39,7 @@
 typedef struct Bsdf {
   Frame frame; // z: shading normal on wo's side
   Vec3 ng;     // geometric normal on wo's side
+  bool is_matt; // diffuse is all there is, over nothing and under nothing: the short way through all below
 
   Vec3 diffuse;                      // albedo over the mean share that specular reflection leaves
   float diffuse_mean, multiple_mean; // those mean shares, of diffuse and multiple
@@ -218,6 +219,11 @@ static inline BsdfView bsdf_view(const Bsdf *b, Vec3 wo)
   BsdfView v = {.wo = wo};
   const float cos = wo[2];
   if (!(cos > 0)) return v;
+  if (b->is_matt) {
+    v.diffuse_share = 1;
+    v.p_diffuse = v3_is_zero(b->diffuse) ? 0 : 1;
+    return v;
+  }
   if (b->coat > 0) v.coat_albedo = b->is_coat_behind ? 0 : coat_albedo(b, cos);
   shares_at(b, wo, &v.diffuse_share, &v.multiple_share);
   v.p_coat = v.coat_albedo;
@@ -433,6 +439,10 @@ static inline Vec3 bsdf_eval_view(const Bsdf *b, const BsdfView *v, Vec3 wl, flo
   const Vec3 local = frame_local(&b->frame, wl);
   const float outer = v3_dot(wl, b->ng);
   if (!(v->wo[2] > 0) || !(local[2] * outer > 0)) return v3_all(0);
+  if (b->is_matt) {
+    *pdf = v->p_diffuse * max_f(local[2], 0) / PI;
+    return b->diffuse * (max_f(local[2], 0) / PI);
+  }
   return local[2] > 0 ? eval_reflection(b, v, local, pdf) : eval_transmission(b, v, local, pdf);
 }
 
@@ -543,10 +553,19 @@ static inline bool sample_lobe(const Bsdf *b, const BsdfView *v, float u_lobe, V
   return at < v->p_multiple || v->p_diffuse > 0;
 }
 
+// By cosine, so the albedo is the weight.
+static inline bool sample_matt(const Bsdf *b, const BsdfView *v, Vec2 u, BsdfSample *out)
+{
+  const Vec3 local = sample_cosine(u);
+  *out = (BsdfSample){.wl = v3_normalize(frame_vector(&b->frame, local)), .weight = b->diffuse, .pdf = local[2] / PI};
+  return v->wo[2] > 0 && v->p_diffuse > 0 && out->pdf > 0 && v3_dot(out->wl, b->ng) > 0;
+}
+
 // Chooses wl for scattering towards wo; u_lobe and u in [0, 1). False: the light is absorbed (also when the direction
 // falls on the wrong side of the surface), and *out means nothing.
 static inline bool bsdf_sample_view(const Bsdf *b, const BsdfView *v, float u_lobe, Vec2 u, BsdfSample *out)
 {
+  if (b->is_matt) return sample_matt(b, v, u, out);
   *out = (BsdfSample){0};
   if (!(v->wo[2] > 0) || !sample_lobe(b, v, u_lobe, u, out)) return false;
   const Vec3 local = out->wl;
