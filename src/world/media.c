@@ -91,6 +91,14 @@ static void add_bounds(World *w, const Accel *a)
   }
 }
 
+static bool are_few_boxes(const Prepare *p)
+{
+  enum { FEW = 4 };
+  bool are = p->boundaries.count <= FEW && p->world->cell_count == 1;
+  for (size_t i = 0; are && i < p->boundaries.count; i++) are = p->media.items[i].is_box;
+  return are;
+}
+
 static void note_blind_integrators(Prepare *p)
 {
   const int32_t integrator = p->scene->render.integrator;
@@ -120,6 +128,7 @@ bool prepare_media(Prepare *p)
       w->geometry_bytes += accel_bytes(trees[c]);
       add_bounds(w, trees[c]);
     }
+    w->media_are_boxes = are_few_boxes(p);
   }
   return add_atmospheres(p);
 }

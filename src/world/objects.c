@@ -103,7 +103,7 @@ MeshData *prepare_unit_box(Prepare *p)
 typedef struct Placing {
   Instance instance;
   WorldInstance surface;
-  bool has_surface;
+  bool has_surface, is_box;
   int32_t volume; // -1: none
   Frame medium_from_world;
 } Placing;
@@ -111,7 +111,8 @@ typedef struct Placing {
 static bool place(Prepare *p, Placing *o, int32_t part)
 {
   if (o->volume >= 0) {
-    const WorldMedium m = {o->surface.mesh, (uint32_t)o->volume, o->medium_from_world, o->surface.object_i};
+    const WorldMedium m = {o->surface.mesh, (uint32_t)o->volume, o->medium_from_world, o->surface.object_i,
+                           o->is_box && !o->has_surface};
     if (!prepare_add_medium(p, &o->instance, &m, part)) return false;
     o->surface.medium = (uint32_t)p->media.count;
   }
@@ -200,6 +201,7 @@ static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t m
     i->world_from_object.x *= o->shape.box.size[0];
     i->world_from_object.y *= o->shape.box.size[1];
     i->world_from_object.z *= o->shape.box.size[2];
+    at.is_box = true;
     return add_mesh(p, box, -1, &at);
   }
   }

@@ -54,6 +54,7 @@ typedef struct WorldMedium {
   uint32_t volume;   // index into World.volumes
   Frame medium_from_world; // into the space its density is given in
   uint32_t object_i;
+  bool is_box;       // the boundary is the unit box about its origin, and nothing but a boundary
 } WorldMedium;
 
 // A plane that cuts off an instance where it goes through a gate: there is only what has n . p > c.
@@ -110,6 +111,7 @@ struct World {
   Vec3 fade_color;
   size_t light_groups;         // the most that any cell has
   Accel *media_accel;          // likewise, over boundaries of media; NULL: there are none
+  bool media_are_boxes;        // few, boxes all, in the one cell there is: faster found one by one than by the tree
   LightSet lights;             // of the first cell
   WhittedSettings whitted;     // as the scene has them
   Vec3 whitted_ambient;
