@@ -37,7 +37,7 @@ static LaneNearest nearest(const World *w, const Ray *ray)
 {
   const LaneRays r = {w3_of(ray->o), w3_of(ray->d), 1};
   LaneNearest n = {.t = wx_set(INFINITY)};
-  lanes_closest(w->lanes, RAY_BOUNCE, &r, &n);
+  lanes_closest(w->lanes, UINT32_MAX, RAY_BOUNCE, &r, &n);
   return n;
 }
 

@@ -114,6 +114,10 @@ const LaneSet *lanes_build(const Accel *a, Arena *arena)
     if (a->boxes[i][0] > a->boxes[i][1]) continue; // nothing can hit it
     if (!make_shape(&a->instances[i], s)) return NULL;
     bound(a->boxes[i], s);
+    if (s->radius < INFINITY)
+      for (int k = 0; k < 4; k++) set->ball[k][set->count] = k < 3 ? s->center[k] : s->radius;
+    else
+      set->endless |= 1u << set->count;
     set->count++;
   }
   return set;

@@ -52,9 +52,9 @@ void blocks_destroy(Blocks *b)
   mem_free(b);
 }
 
-static float code_of(const Blocks *b, float light)
+// at: of ROOTS, the root of light
+static float code_of(const Blocks *b, float at)
 {
-  const float at = sqrtf(light) * ROOTS;
   const int i = at < ROOTS ? (int)at : ROOTS - 1;
   return b->codes[i] + (at - (float)i) * (b->codes[i + 1] - b->codes[i]);
 }
@@ -63,11 +63,13 @@ static void trace(void *user, const SubsamplePixel *pixels, size_t count, Subsam
 {
   Blocks *b = user;
   HotLook looks[SUBSAMPLE_PACKET];
-  float rgba[SUBSAMPLE_PACKET][4];
+  float rgba[SUBSAMPLE_PACKET][4] = {{0}};
   b->hot->look_at(&b->pass, pixels, count, looks, &b->workers[worker],
                   b->scratch + (size_t)worker * b->hot->look_bytes);
   for (size_t i = 0; i < count; i++) memcpy(rgba[i], &looks[i].radiance, sizeof rgba[i]);
   tone_pixels(b->tone, rgba[0], count, NULL);
+  for (int i = 0; i < SUBSAMPLE_PACKET; i++) // all of them, which compilers do four at a time
+    for (int c = 0; c < 4; c++) rgba[i][c] = sqrtf(rgba[i][c]) * ROOTS;
   for (size_t i = 0; i < count; i++)
     out[i] = (SubsampleResult){{code_of(b, rgba[i][0]), code_of(b, rgba[i][1]), code_of(b, rgba[i][2])}, looks[i].signature,
                                looks[i].object};

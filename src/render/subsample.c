@@ -9,7 +9,7 @@
 #include "render/subsample.h"
 
 #include "base/mem.h"
-#include "base/vec.h"
+#include "base/wide.h"
 
 #include <string.h>
 
@@ -397,11 +397,14 @@ static void step_fill(void *user, size_t item, int worker)
   for (uint32_t i = 0; i < strip->filled_count; i++) block_store(s, &strip->filled[i]);
 }
 
-static void store_pixel(const Subsampler *s, size_t at, const SubsampleResult *r)
+static inline void store_pixel(const Subsampler *s, size_t at, const SubsampleResult *r)
 {
-  const Vec3 color = scaled(s, color_of(r));
+  const Vec3 c = color_of(r), held = lanes_min(lanes_max(c, v3_all(0)), v3_all(1)) * 255 + 0.5f;
+  const Int4 i = __builtin_convertvector(held, Int4);
+  const int first = s->settings->is_bgr ? i[2] : i[0], third = s->settings->is_bgr ? i[0] : i[2];
+  const uint32_t pixel = (uint32_t)(first | i[1] << 8 | third << 16) | 0xff000000u;
+  memcpy(s->rgba + 4 * at, &pixel, sizeof pixel);
   if (s->objects) s->objects[at] = r->object;
-  store_row(s->rgba + 4 * at, pixels_of(color, color), (Pixels){0}, 1);
 }
 
 static void step_store(void *user, size_t item, int worker)

@@ -196,11 +196,11 @@ static inline LaneRays whitted_light_rays(const Whitted *t, int lane, unsigned b
 
 // What the panes leave of light on its way straight on: each crossing colours it, and what lies between two takes its
 // part. The product does not depend on their order.
-static inline Wide3 whitted_through_lanes(Whitted *t, const LaneRays *r, wx tmax)
+static inline Wide3 whitted_through_lanes(Whitted *t, uint32_t which, const LaneRays *r, wx tmax)
 {
   const wx zero = wx_set(0);
   Wide3 left = w3_all(wx_set(1));
-  for (uint32_t which = t->panes; which; which &= which - 1) {
+  for (; which; which &= which - 1) {
     const uint32_t i = (uint32_t)__builtin_ctz(which);
     const LaneShape *s = &t->lanes->shapes[i];
     const SurfaceMaterial *m = t->skins[i].m;
@@ -220,19 +220,36 @@ static inline Wide3 whitted_through_lanes(Whitted *t, const LaneRays *r, wx tmax
   return left;
 }
 
+// About the way from the places to the light; what leaves a place starts its error off it.
+static inline LaneCone whitted_light_cone(const Whitted *t, uint64_t asked)
+{
+  LaneCone c = whitted_cone(t->at + AT_P, t->at + AT_WL, asked);
+  wx most = wx_set(0);
+  for (int i = 0; i < WHITTED_SIZE; i += WIDEST)
+    most = wx_max(wx_choose(whitted_bits(asked, i), wx_load(&t->at[AT_ERROR][i]), most), most);
+  c.radius += wx_most(most);
+  return c;
+}
+
 // Who of those asked gets light; AT_ARRIVING is what is left of it.
 static inline uint64_t whitted_shadows_in_lanes(Whitted *t, uint64_t asked, bool is_transparent)
 {
   uint64_t lit = 0;
+  uint32_t within = UINT32_MAX;
+  if (t->lanes->count > LANE_FEW) {
+    const LaneCone cone = whitted_light_cone(t, asked);
+    within = lanes_in_cone(t->lanes, &cone);
+  }
+  const uint32_t panes = is_transparent ? t->panes & within : 0;
+  const uint32_t stops = (is_transparent ? t->walls : t->walls | t->panes) & within;
   for (int i = 0; i < (int)t->going; i += WIDEST) {
     wx tmax;
     LaneRays r = whitted_light_rays(t, i, whitted_bits(asked, i), &tmax);
     if (!r.bits) continue;
-    const uint32_t stops = is_transparent ? t->walls : t->walls | t->panes;
     r.bits &= ~lanes_any(t->lanes, stops, &r, tmax, &t->counters->prims);
     whitted_mark(&lit, i, r.bits);
-    if (!is_transparent || !t->panes || !r.bits) continue;
-    const Wide3 left = whitted_through_lanes(t, &r, tmax);
+    if (!panes || !r.bits) continue;
+    const Wide3 left = whitted_through_lanes(t, panes, &r, tmax);
     whitted_put3(t, AT_ARRIVING, i, r.bits, w3_mul(whitted_at3(t, AT_ARRIVING, i), left));
   }
   return lit;

@@ -65,15 +65,54 @@ static inline void whitted_find_through_gates(Whitted *t, RayMask mask)
   }
 }
 
+// The middle of the box about vectors in rows, and half its size.
+static inline Vec3 whitted_middle(const float (*v)[WHITTED_ROW], uint64_t rays, Vec3 *half)
+{
+  Vec3 lo = v3_all(0), hi = v3_all(0);
+  for (int k = 0; k < 3; k++) {
+    wx least = wx_set(INFINITY), most = wx_set(-INFINITY);
+    for (int i = 0; i < WHITTED_SIZE; i += WIDEST) {
+      const unsigned bits = (unsigned)(rays >> i) & WIDEST_BITS;
+      const wx at = wx_load(v[k] + i);
+      least = wx_min(wx_choose(bits, at, wx_set(INFINITY)), least);
+      most = wx_max(wx_choose(bits, at, wx_set(-INFINITY)), most);
+    }
+    lo[k] = wx_least(least);
+    hi[k] = wx_most(most);
+  }
+  *half = 0.5f * (hi - lo);
+  return 0.5f * (lo + hi);
+}
+
+// A cone about the rays of a packet.
+static inline LaneCone whitted_cone(const float (*o)[WHITTED_ROW], const float (*d)[WHITTED_ROW], uint64_t rays)
+{
+  Vec3 half, unused;
+  LaneCone c = {.apex = whitted_middle(o, rays, &half), .axis = v3_normalize(whitted_middle(d, rays, &unused))};
+  c.radius = 1.001f * v3_length(half);
+  wx least = wx_set(1);
+  for (int i = 0; i < WHITTED_SIZE; i += WIDEST) {
+    const wx cosine = w3_dot(w3_of(c.axis), w3_load(d[0] + i, WHITTED_ROW));
+    least = wx_min(wx_choose((unsigned)(rays >> i) & WIDEST_BITS, cosine, wx_set(1)), least);
+  }
+  c.cosine = wx_least(least);
+  return c;
+}
+
 static inline void whitted_find_in_lanes(Whitted *t, RayMask actors, RayMask background)
 {
   const uint64_t all = whitted_all(t);
+  uint32_t which = UINT32_MAX;
+  if (t->lanes->count > LANE_FEW) {
+    const LaneCone cone = whitted_cone(t->go + GO_O, t->go + GO_D, all);
+    which = lanes_in_cone(t->lanes, &cone);
+  }
   for (int i = 0; i < (int)t->going; i += WIDEST) {
     LaneRays r = {whitted_go3(t, GO_O, i), whitted_go3(t, GO_D, i), whitted_bits(all, i)};
     LaneNearest n = {.t = wx_set(INFINITY)};
-    t->counters->prims += lanes_closest(t->lanes, actors, &r, &n);
+    t->counters->prims += lanes_closest(t->lanes, which, actors, &r, &n);
     r.bits &= ~n.met;
-    if (background && r.bits) t->counters->prims += lanes_closest(t->lanes, background, &r, &n);
+    if (background && r.bits) t->counters->prims += lanes_closest(t->lanes, which, background, &r, &n);
     wx_store(t->t + i, n.t);
     wxu_store(t->shape + i, n.shape);
     wxu_store(t->part + i, n.part);
