@@ -1,6 +1,7 @@
 // Worlds through the public interface: preparing, asking rays, cameras.
 
 #include "api/api.h"
+#include "scene/gates.h"
 
 #include "accel/place.h"
 #include "base/mem.h"
@@ -203,7 +204,10 @@ bool rf_camera(rf_scene *s, const rf_world *w, const char *name, float aspect, r
     framed = world_frame_camera(w->world, aspect > 0 ? aspect : 1);
     found = &framed;
   }
-  if (found && eye_from_camera(found, &e, &err)) *eye = public_eye(&e);
+  if (found && eye_from_camera(found, &e, &err)) {
+    if (found->common.cell >= 0) eye_bend(found, cell_curvature(&s->scene->cells.items[found->common.cell]), &e);
+    *eye = public_eye(&e);
+  }
   return api_fail(&err);
 }
 

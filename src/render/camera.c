@@ -1,6 +1,7 @@
 // See camera.h: from the numbers of a scene's camera to an eye.
 
 #include "render/camera.h"
+#include "space/chart.h"
 
 static float radians_of(float degrees)
 {
@@ -52,4 +53,13 @@ bool eye_from_camera(const Camera *c, Eye *out, Err *err)
     break;
   }
   return true;
+}
+
+void eye_bend(const Camera *c, float kappa, Eye *e)
+{
+  if (kappa == 0) return;
+  const Vec3 p = e->frame.p, way = v3_load(c->common.target) - p, d = v3_normalize(way);
+  e->frame = look_frame(p, -v3_normalize(chart_to_local(kappa, p, d)), v3_load(c->common.up));
+  if (!(c->kind == CAMERA_PERSPECTIVE && c->perspective.focus > 0))
+    e->focus = chart_length(kappa, chart_span(kappa, p, d, v3_length(way)));
 }

@@ -26,6 +26,8 @@ typedef struct Eye {
 // The eye of a scene's camera. Fails if it looks nowhere (target and position agree) or a number is not finite. An
 // up that lies along the view is replaced by another axis.
 bool eye_from_camera(const Camera *c, Eye *out, Err *err);
+// In a cell of this curvature: its axes are then true ones, its place and target those of the chart.
+void eye_bend(const Camera *c, float kappa, Eye *e);
 
 // --- hot ----------------------------------------------------------------------------------------
 

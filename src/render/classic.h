@@ -50,10 +50,11 @@ static inline ClassicLobes classic_lobes(const PathVertex *v, float count)
 }
 
 // --- lights ---------------------------------------------------------------------------------------
+// wl and distance are those of the chart, length is the true one.
 static inline void classic_push(Wave *w, const Path *p, const PathVertex *v, size_t group, Vec3 wl, float distance,
-                                uint32_t image, Vec3 light)
+                                float length, uint32_t image, Vec3 light)
 {
-  light = light * path_fade(path_absorption_towards(p, v, wl), distance);
+  light = light * path_fade(path_absorption_towards(p, v, wl), length);
   if (v3_is_zero(light)) return;
   if (w->light_count == WAVE_LIGHTS) wave_add_lights(w);
   const Ray ray = trace_light_ray(&v->s, wl, distance);
@@ -72,7 +73,7 @@ static inline bool classic_aim(const Path *p, const PathVertex *v, size_t group,
   const World *w = p->pass->world;
   const LightSet *lights = world_lights(w, p->way.cell);
   const float choice = group == 0 && lights->emitter_count > 1 ? path_draw(p, PAIR_LIGHTS + 1).x : 0;
-  return light_sample(lights, w->textures, group, v->s.p, path_light_side(&v->bsdf), choice,
+  return light_sample(lights, w->textures, group, v->s.p, path_aim_side(v), choice,
                       path_draw(p, PAIR_LIGHTS + 2 * (uint32_t)group), l);
 }
 
@@ -82,17 +83,18 @@ static inline void classic_chain_lights(Wave *w, const Path *p, const PathVertex
   const size_t groups = light_group_count(world_lights(w->pass->world, p->way.cell));
   for (size_t g = 0; g < groups; g++) {
     LightSample l;
-    Vec3 shine = v3_all(0);
-    float pdf = 0;
+    Vec3 shine = v3_all(0), wl;
+    float pdf = 0, length;
     if (!classic_aim(p, v, g, &l)) continue;
-    const Vec3 matt = bsdf_eval_matt(&v->bsdf, &lobes->view, l.wl);
-    if (lobes->has_shine) shine = bsdf_eval_view(&lobes->shine, &lobes->shine_view, l.wl, &pdf);
-    const float cosine = max_f(v3_dot(l.wl, v->bsdf.frame.z), 0);
+    local_lamp(v->kappa, v->s.p, &l, &wl, &length);
+    const Vec3 matt = bsdf_eval_matt(&v->bsdf, &lobes->view, wl);
+    if (lobes->has_shine) shine = bsdf_eval_view(&lobes->shine, &lobes->shine_view, wl, &pdf);
+    const float cosine = max_f(v3_dot(wl, v->bsdf.frame.z), 0);
     const float matt_weight = l.is_delta ? 1 : mis_weight(l.pdf, lobes->count * cosine / PI);
     const float shine_weight = l.is_delta ? 1 : mis_weight(l.pdf, pdf);
     const Vec3 f = matt * matt_weight + shine * shine_weight;
-    classic_push(w, p, v, g, l.wl, l.distance, l.image,
-                 p->throughput * f * l.radiance * (path_light_fade(w->pass->world, &l) / l.pdf));
+    classic_push(w, p, v, g, l.wl, l.distance, length, l.image,
+                 p->throughput * f * l.radiance * (path_light_fade(w->pass->world, length) / l.pdf));
   }
 }
 
@@ -109,17 +111,20 @@ static inline void classic_side_lights(Wave *w, const Path *p, const PathVertex 
   const BsdfView view = bsdf_view(&v->bsdf, frame_local(&v->bsdf.frame, v->wo));
   for (size_t g = 0; g < groups; g++) {
     LightSample l;
-    float pdf;
+    float pdf, length;
+    Vec3 wl;
     if (!classic_aim(p, v, g, &l)) continue;
-    const Vec3 f = bsdf_eval_view(&v->bsdf, &view, l.wl, &pdf);
-    classic_push(w, p, v, g, l.wl, l.distance, l.image,
-                 p->throughput * f * l.radiance * (path_light_fade(w->pass->world, &l) / l.pdf));
+    local_lamp(v->kappa, v->s.p, &l, &wl, &length);
+    const Vec3 f = bsdf_eval_view(&v->bsdf, &view, wl, &pdf);
+    classic_push(w, p, v, g, l.wl, l.distance, length, l.image,
+                 p->throughput * f * l.radiance * (path_light_fade(w->pass->world, length) / l.pdf));
   }
   BsdfSample next;
   if (lights->sky.is_sampled || classic_sky_is_black(&lights->sky) ||
       !bsdf_sample_view(&v->bsdf, &view, path_draw(p, PAIR_CHOICES).x, path_draw(p, PAIR_SCATTER), &next))
     return;
-  classic_push(w, p, v, groups, next.wl, INFINITY, 0, p->throughput * next.weight * sky_radiance(&lights->sky, next.wl));
+  next.wl = local_direction(v->kappa, v->s.p, next.wl);
+  classic_push(w, p, v, groups, next.wl, INFINITY, INFINITY, 0, p->throughput * next.weight * sky_radiance(&lights->sky, next.wl));
 }
 
 // --- scatter ------------------------------------------------------------------------------------------
@@ -165,23 +170,25 @@ static inline void classic_send(Classic *c, const Path *p, const PathVertex *v, 
   if (c->side.count == WAVE_SIZE) classic_flush(c);
   Wave *w = &c->side;
   const size_t i = w->count++;
-  const Ray ray = {offset_origin(&v->s, wl), wl, 0, INFINITY};
+  const Vec3 d = local_direction(v->kappa, v->s.p, wl);
+  const Ray ray = {offset_origin(&v->s, d), d, 0, INFINITY};
+  const float pdf = lobes->count * local[2] / PI;
   w->samplers[i] = *sampler;
   w->paths[i] = (Path){.pass = p->pass,
                        .sampler = &w->samplers[i],
                        .seed = hash_combine(p->seed, sampler->sample),
                        .depth = 1,
                        .throughput = p->throughput * matt * (PI / (local[2] * lobes->count)),
-                       .absorption = path_absorption_towards(p, v, wl),
+                       .absorption = path_absorption_towards(p, v, d),
                        .eta_scale = 1,
                        .from = v->s.p,
-                       .from_n = path_light_side(&v->bsdf),
+                       .from_n = path_aim_side(v),
                        .from_cell = p->way.cell,
-                       .scatter_pdf = lobes->count * local[2] / PI,
+                       .scatter_pdf = v->kappa == 0 ? pdf : pdf / chart_solid_angle(v->kappa, v->s.p, wl),
                        .cone = p->cone,
                        .share = p->share,
                        .band = p->band};
-  path_widen(&w->paths[i], &(BsdfSample){.pdf = w->paths[i].scatter_pdf}, v->width);
+  path_widen(&w->paths[i], &(BsdfSample){.pdf = pdf}, v->width);
   c->owner[i] = (uint16_t)(p - c->chain.paths);
   w->path_of[i] = (uint16_t)i;
   w->rays[i] = ray_pack(&ray);
@@ -234,7 +241,8 @@ static inline bool classic_step(void *classic, Path *p, Ray *ray, const Hit *hit
   path_arrive(p, ray, hit, &v);
   if (p->depth == 0) {
     path_first_hit(pass, &v.s, hit, bsdf_albedo(&v.bsdf), seen);
-    if (p->way.is_moved) path_unfold(&pass->eye, &c->chain.eye_rays[p - c->chain.paths], way_length(&p->way, hit->t), seen);
+    if (p->way.is_moved || v.kappa != 0)
+      path_unfold(&pass->eye, &c->chain.eye_rays[p - c->chain.paths], way_length(&p->way, local_length(v.kappa, ray, hit->t)), seen);
   }
   if (p->depth >= pass->settings.max_depth || v.m->kind == SURFACE_EMISSION) return false;
   const bool is_matt = !v3_is_zero(v.bsdf.diffuse) || !v3_is_zero(v.bsdf.multiple);

@@ -17,6 +17,7 @@
 #define RAYFOLD_RENDER_PATH_H
 
 #include "render/hot.h"
+#include "render/local.h"
 #include "render/media.h"
 #include "render/sampler.h"
 #include "render/ways.h"
@@ -42,7 +43,7 @@ typedef struct Path {
   Vec3 absorption;   // per metre, where the ray is
   float eta_scale;   // what refraction has taken off the throughput and will give back
   Vec3 from, from_n; // last vertex, and the normal it aims at lights with
-  float scatter_pdf; // with which its BSDF chose the ray
+  float scatter_pdf; // with which its BSDF chose the ray, per solid angle of the chart
   bool was_delta;    // no light could have been aimed at in that direction
   Cone cone;         // what the next ray stands for
   float share;       // of a pixel's side that this sample stands for
@@ -58,8 +59,9 @@ typedef struct PathVertex {
   const SurfaceMaterial *m;
   SurfacePoint s;
   Bsdf bsdf;
-  Vec3 wo;
+  Vec3 wo;     // true, as all that has to do with the BSDF; s is in the chart (local.h)
   float width; // of the cone that arrived, metres
+  float kappa; // curvature of its cell
 } PathVertex;
 
 static inline uint32_t path_pair(const Path *p, uint32_t which)
@@ -200,15 +202,22 @@ static inline void path_arrive(Path *p, const Ray *ray, const Hit *hit, PathVert
   v->s = trace_surface(w, ray, hit);
   v->phase = NULL;
   v->m = &w->materials[v->s.material];
-  v->wo = -ray->d;
-  v->width = p->cone.width + p->cone.spread * (p->way.passed + hit->t);
-  trace_footprint(w, ray, hit, v->width, &v->s);
-  p->throughput *= path_fade(p->absorption, hit->t);
-  if (w->fade > 0 && world_has_gates(w)) path_lose(p, way_length(&p->way, hit->t));
+  v->kappa = world_curvature(w, p->way.cell);
+  const float length = local_length(v->kappa, ray, hit->t);
+  v->wo = -local_vector(v->kappa, v->s.p, ray->d);
+  v->width = p->cone.width + p->cone.spread * local_spread(v->kappa, p->way.passed + length);
+  trace_footprint(w, ray, hit, v->kappa == 0 ? v->width : v->width / chart_w(v->kappa, v->s.p), &v->s);
+  p->throughput *= path_fade(p->absorption, length);
+  if (w->fade > 0 && world_has_gates(w)) path_lose(p, way_length(&p->way, length));
   path_add_emission(p, v->m, &v->s, ray, hit);
   if (v->m->kind == SURFACE_MIX)
     v->m = material_choose(v->m, w->textures, &v->s, path_material_pair(p).x);
-  material_bsdf(v->m, w->textures, &v->s, v->wo, &v->bsdf);
+  if (v->kappa == 0) {
+    material_bsdf(v->m, w->textures, &v->s, v->wo, &v->bsdf);
+  } else {
+    const SurfacePoint local = local_surface(v->kappa, &v->s);
+    material_bsdf(v->m, w->textures, &local, v->wo, &v->bsdf);
+  }
   if (v->m->dispersion > 0) {
     const int band = p->band ? p->band - 1 : (int)(3 * path_material_pair(p).y);
     bsdf_disperse(v->m, band, !p->band, &v->bsdf);
@@ -217,7 +226,7 @@ static inline void path_arrive(Path *p, const Ray *ray, const Hit *hit, PathVert
 
 // --- sample lights ------------------------------------------------------------------------------
 
-// Whether light from wl comes through the surface.
+// Whether light from wl, in the chart, comes through the surface.
 static inline bool path_crosses(const PathVertex *v, Vec3 wl)
 {
   return (v3_dot(wl, v->s.ng) < 0) != v->s.is_back;
@@ -232,6 +241,12 @@ static inline Vec3 path_absorption_towards(const Path *p, const PathVertex *v, V
 
 // The side that light must come from to count; zero: any.
 static inline Vec3 path_light_side(const Bsdf *b) { return b->glass > 0 ? v3_all(0) : b->frame.z; }
+
+// The same in the chart, where lamps are.
+static inline Vec3 path_aim_side(const PathVertex *v)
+{
+  return local_chart_normal(v->kappa, v->s.p, path_light_side(&v->bsdf));
+}
 
 // Light that arrives at a vertex if nothing is in its way, and the ray that asks.
 typedef struct PathLight {
@@ -269,9 +284,9 @@ static inline bool light_meets_gate(const World *w, uint32_t cell, uint32_t imag
   return gate_meet(&w->space.gates[first / 2], (int)(first & 1), ray) < ray->tmax;
 }
 
-static inline float path_light_fade(const World *w, const LightSample *l)
+static inline float path_light_fade(const World *w, float length)
 {
-  return world_has_gates(w) && l->distance < INFINITY ? space_fade(w->fade, l->distance) : 1;
+  return world_has_gates(w) && length < INFINITY ? space_fade(w->fade, length) : 1;
 }
 
 // What one group of lights offers the vertex; false: nothing.
@@ -279,7 +294,6 @@ static inline bool path_sample_light(const Path *p, const PathVertex *v, const B
                                      PathLight *out)
 {
   const World *w = p->pass->world;
-  const Bsdf *b = &v->bsdf;
   const Vec2 place = path_draw(p, PAIR_LIGHTS + 2 * (uint32_t)group);
   // Only emitters are chosen among.
   const LightSet *lights = world_lights(w, p->way.cell);
@@ -288,11 +302,14 @@ static inline bool path_sample_light(const Path *p, const PathVertex *v, const B
                            : 0;
   LightSample l;
   float scatter_pdf;
-  if (!light_sample(lights, w->textures, group, v->s.p, path_light_side(b), choice, place, &l)) return false;
-  const Vec3 f = path_eval(v, view, l.wl, &scatter_pdf);
-  out->light = p->throughput * f * l.radiance * path_fade(path_absorption_towards(p, v, l.wl), l.distance) *
+  if (!light_sample(lights, w->textures, group, v->s.p, path_aim_side(v), choice, place, &l)) return false;
+  Vec3 wl;
+  float length;
+  local_lamp(v->kappa, v->s.p, &l, &wl, &length);
+  const Vec3 f = path_eval(v, view, wl, &scatter_pdf);
+  out->light = p->throughput * f * l.radiance * path_fade(path_absorption_towards(p, v, l.wl), length) *
                ((l.is_delta ? 1 : mis_weight(l.pdf, scatter_pdf)) / l.pdf);
-  if (w->fade > 0) out->light *= path_light_fade(w, &l);
+  if (w->fade > 0) out->light *= path_light_fade(w, length);
   if (v3_is_zero(out->light)) return false;
   const Ray ray = trace_light_ray(&v->s, l.wl, l.distance);
   if (l.image && !light_meets_gate(w, p->way.cell, l.image, &ray)) return false;
@@ -323,18 +340,19 @@ static inline bool path_scatter(Path *p, const PathVertex *v, const BsdfView *vi
   if (!bsdf_sample_view(b, view, choice, place, &next)) return false;
   p->throughput *= next.weight;
   if (v3_is_zero(p->throughput) || !v3_is_finite(p->throughput)) return false;
+  const Vec3 d = local_direction(v->kappa, v->s.p, next.wl);
   if (next.is_transmission) {
-    p->absorption = path_absorption_towards(p, v, next.wl);
+    p->absorption = path_absorption_towards(p, v, d);
     if (!b->is_thin) p->eta_scale *= b->eta * b->eta;
     if (b->is_dispersed) p->band = (uint8_t)(b->band + 1);
   }
-  p->scatter_pdf = next.pdf;
+  p->scatter_pdf = v->kappa == 0 ? next.pdf : next.pdf / chart_solid_angle(v->kappa, v->s.p, next.wl);
   p->was_delta = next.is_delta;
   p->from = v->s.p;
-  p->from_n = path_light_side(b);
+  p->from_n = path_aim_side(v);
   p->from_cell = p->way.cell;
   path_widen(p, &next, v->width);
-  *ray = (Ray){offset_origin(&v->s, next.wl), next.wl, 0, INFINITY};
+  *ray = (Ray){offset_origin(&v->s, d), d, 0, INFINITY};
   return true;
 }
 

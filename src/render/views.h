@@ -48,11 +48,13 @@ static inline FilmSample view_render(const RenderPass *pass, Ray ray, const Way 
     return out;
   }
   SurfacePoint s = trace_surface(w, &ray, hit);
-  trace_footprint(w, &ray, hit, cone.width * way->scale + cone.spread * hit->t, &s);
+  const float kappa = world_curvature(w, way->cell), length = local_length(kappa, &ray, hit->t);
+  trace_footprint(w, &ray, hit, cone.width * way->scale + cone.spread * local_spread(kappa, length), &s);
+  if (kappa != 0) s = local_surface(kappa, &s);
   Bsdf b;
-  material_bsdf(&w->materials[s.material], w->textures, &s, -ray.d, &b);
+  material_bsdf(&w->materials[s.material], w->textures, &s, -local_vector(kappa, s.p, ray.d), &b);
   path_first_hit(pass, &s, hit, bsdf_albedo(&b), &out);
-  if (way->is_moved) path_unfold(&pass->eye, eye_ray_of, way_length(way, hit->t), &out);
+  if (way->is_moved || kappa != 0) path_unfold(&pass->eye, eye_ray_of, way_length(way, length), &out);
   switch ((Integrator)pass->settings.integrator) {
   case INTEGRATOR_NORMAL: out.radiance = 0.5f * out.normal + v3_all(0.5f); break;
   case INTEGRATOR_DEPTH: out.radiance = v3_all(1 / (1 + max_f(out.depth, 0))); break; // near is bright

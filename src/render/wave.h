@@ -93,11 +93,14 @@ static inline void wave_add(Wave *w, uint32_t x, uint32_t y, uint32_t sample)
                        .seed = hash_combine(sampler.pixel_seed, sample),
                        .throughput = v3_all(1),
                        .eta_scale = 1,
+                       .from_cell = pass->eye.cell,
                        .cone = {share * cone.width, share * cone.spread},
                        .share = share};
   w->seen[i] = (FilmSample){.alpha = 1};
   w->path_of[i] = (uint16_t)i;
   w->rays[i] = w->eye_rays[i] = ray_pack(&ray);
+  const float kappa = world_curvature(pass->world, pass->eye.cell);
+  if (kappa != 0) v3_store(w->rays[i].d, local_direction(kappa, ray.o, ray.d));
   w->ways[i] = way_begin(pass->eye.cell);
   w->queries[i] = (TraceQuery){pass->world, path_ray_seed(&w->paths[i], 0), 0, 0};
   w->is_scattered[i] = false;
@@ -269,13 +272,14 @@ static inline bool wave_arrive(Wave *w, Path *p, const Ray *ray, const Hit *hit,
     if (p->depth == 0 && w->pass->settings.transparent && !p->way.is_lost)
       seen->alpha = w->has_media ? 1 - v3_mean(p->throughput) : 0; // media cover by what they take
     else
-      path_add_sky(p, ray->d, way_length(&p->way, ray->tmin));
+      path_add_sky(p, ray->d, way_length(&p->way, ray->tmin)); // tmin is where the last gate was
     return false;
   }
   path_arrive(p, ray, hit, v);
   if (p->depth == 0) {
     path_first_hit(w->pass, &v->s, hit, bsdf_albedo(&v->bsdf), seen);
-    if (p->way.is_moved) path_unfold(&w->pass->eye, &w->eye_rays[p - w->paths], way_length(&p->way, hit->t), seen);
+    if (p->way.is_moved || v->kappa != 0)
+      path_unfold(&w->pass->eye, &w->eye_rays[p - w->paths], way_length(&p->way, local_length(v->kappa, ray, hit->t)), seen);
   }
   return v->m->kind != SURFACE_EMISSION;
 }

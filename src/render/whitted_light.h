@@ -104,7 +104,7 @@ static inline bool whitted_aim_one(Whitted *t, size_t i, size_t light)
   if (is_classic && l.is_delta && l.distance < INFINITY) arriving = arriving * (l.distance * l.distance);
   if (world_has_gates(t->pass->world)) {
     t->plans[i] = light_plan(t->pass->world, t->go_int[GO_CELL][i], l.image);
-    arriving = arriving * path_light_fade(t->pass->world, &l);
+    arriving = arriving * path_light_fade(t->pass->world, l.distance);
   }
   whitted_set3(t->at + AT_WL, i, l.wl);
   whitted_set3(t->at + AT_ARRIVING, i, arriving);

@@ -115,6 +115,7 @@ bool element_check(const Group *g, const void *element, const char **field, Err 
   if (g == &group_object) return check_object(element, field, err);
   if (g == &group_shape) return check_shape(element, field, err);
   if (g == &group_material) return check_material(element, field, err);
+  if (g == &group_cell) return cell_check(element, field, err);
   if (g == &group_gate) return gate_check(element, field, err);
   if (g == &group_light) return check_light(element, field, err);
   const bool is_embedded = g == &group_texture && ((const Texture *)element)->embedded;

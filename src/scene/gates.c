@@ -284,10 +284,24 @@ bool gates_link(const Scene *s, GateLink (*links)[2], int32_t *gate_i, const cha
 }
 
 // --- cells ----------------------------------------------------------------------------------------------
+static int common_factor(int a, int b) { return b ? common_factor(b, a % b) : a; }
+
+bool cell_check(const Cell *c, const char **field, Err *err)
+{
+  const CellSpherical *s = &c->spherical;
+  *field = "atmosphere";
+  if (c->kind != CELL_FLAT && c->common.atmosphere >= 0)
+    return err_set(err, ERR_BAD_SCENE, "a curved cell has no atmosphere; \"fade\" in the render settings makes what is far fade");
+  *field = "q";
+  return c->kind != CELL_SPHERICAL || s->space != SPHERICAL_LENS || (s->q < s->p && common_factor(s->p, s->q) == 1) ||
+         err_set(err, ERR_BAD_SCENE, "there is no lens space L(%d, %d): q must be smaller than p and share no factor with it", s->p, s->q);
+}
+
 bool cells_check(const Scene *s, int32_t *cell_i, Err *err)
 {
   for (size_t c = 0; c < s->cells.count; c++) {
-    bool has_content = s->cells.items[c].common.sky >= 0 || s->cells.items[c].common.atmosphere >= 0;
+    bool has_content = s->cells.items[c].common.sky >= 0 || s->cells.items[c].common.atmosphere >= 0 ||
+                       s->cells.items[c].common.beams > 0;
     for (size_t i = 0; !has_content && i < s->objects.count; i++) has_content = s->objects.items[i].common.cell == (int32_t)c;
     for (size_t i = 0; !has_content && i < s->lights.count; i++) has_content = s->lights.items[i].common.cell == (int32_t)c;
     if (has_content) continue;

@@ -29,6 +29,14 @@ static inline bool gate_is_flat(const Gate *g) { return g->kind == GATE_RECT || 
 // What one gate by itself must be: of some size, an outline that does not cross itself.
 bool gate_check(const Gate *g, const char **field, Err *err);
 
+// What one cell by itself must be.
+bool cell_check(const Cell *c, const char **field, Err *err);
+static inline float cell_curvature(const Cell *c) // per square metre
+{
+  const float r = c->kind == CELL_SPHERICAL ? c->spherical.radius : c->hyperbolic.radius;
+  return c->kind == CELL_FLAT ? 0 : c->kind == CELL_SPHERICAL ? 1 / (r * r) : -1 / (r * r);
+}
+
 // Every named cell has something in it. *cell_i as above.
 bool cells_check(const Scene *s, int32_t *cell_i, Err *err);
 

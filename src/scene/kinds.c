@@ -42,6 +42,15 @@ static const Field sky_sun_fields[] = {SKY_SUN_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER CellCommon
 static const Field cell_fields[] = {CELL_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER CellFlat
+static const Field cell_flat_fields[] = {CELL_FLAT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER CellSpherical
+static const Field cell_spherical_fields[] = {CELL_SPHERICAL_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER CellHyperbolic
+static const Field cell_hyperbolic_fields[] = {CELL_HYPERBOLIC_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER GateCommon
 static const Field gate_fields[] = {GATE_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -239,7 +248,11 @@ static const Kind sky_kinds[] = {
     KIND("image", sky_image_fields, "A picture of all directions, sampled by its brightness."),
     KIND("sun_sky", sky_sun_fields, "The clear sky of any hour, with its sun."),
 };
-static const Kind cell_kinds[] = {{"flat", NULL, 0, "Space as we know it."}};
+static const Kind cell_kinds[] = {
+    KIND("flat", cell_flat_fields, "Space as we know it."),
+    KIND("spherical", cell_spherical_fields, "Space that closes on itself: straight lines meet again."),
+    KIND("hyperbolic", cell_hyperbolic_fields, "Space with more room than it should have: straight lines part."),
+};
 static const Kind gate_kinds[] = {
     KIND("rect", gate_rect_fields, "A rectangle."),
     KIND("polygon", gate_polygon_fields, "A flat outline of straight sides."),
@@ -336,8 +349,7 @@ const Group group_skies = {"skies", "sky", sizeof(NamedSky), .has_name = true, .
                            .kind_offset = offsetof(NamedSky, sky.kind), .union_offset = offsetof(NamedSky, sky.constant),
                            .kinds = sky_kinds, .kind_count = COUNT(sky_kinds), .sentence = "More skies, by name, for cells."};
 const Group group_cell = {"cells", "cell", sizeof(Cell), .has_name = true, .kind_optional = true,
-                          FIELDS(cell_fields, common, Cell), .has_kind = true, .kind_offset = offsetof(Cell, kind),
-                          .kinds = cell_kinds, .kind_count = COUNT(cell_kinds),
+                          FIELDS(cell_fields, common, Cell), KINDS(cell_kinds, flat, Cell),
                           .sentence = "Spaces of their own, by name, that gates lead to. See docs/worlds.md."};
 const Group group_gate = {"gates", "gate", sizeof(Gate), .has_name = true,
                           FIELDS(gate_fields, common, Gate), KINDS(gate_kinds, rect, Gate),

@@ -162,17 +162,42 @@ typedef struct NamedSky {
 
 // --- cells and gates ------------------------------------------------------------------------------
 // A cell is a space of its own, with its own coordinates; whatever names none is in the one that has no name. A gate is
-// a surface whose other side lies elsewhere. See docs/worlds.md.
+// a surface whose other side lies elsewhere. See docs/worlds.md. Curved cells have the coordinates of their chart
+// (space/chart.h).
 #define CELL_FIELDS(F)                                                                                              \
   F(sky,    sky, -1, 0, 0, "", "What is seen in it where nothing is, of `skies`; none: the scene's own.")           \
   F(medium, atmosphere, -1, 0, 0, "", "A homogeneous medium that fills all of it.")                                 \
-  F(vec3,   gravity, (0, -9.81, 0), -NO_LIMIT, NO_LIMIT, "m/s2", "Which way walkers fall; zero: they float.")
+  F(vec3,   gravity, (0, -9.81, 0), -NO_LIMIT, NO_LIMIT, "m/s2", "Which way walkers fall; zero: they float.")       \
+  F(real,   beams, 0, 0, NO_LIMIT, "m", "With `space`: radius of beams along the edges of the solid that is repeated; 0 is none.") \
+  F(material, beam_material, -1, 0, 0, "", "What the beams are made of.")
+#define CELL_FLAT_FIELDS(F)                                                                                         \
+  F(choice, space, 0, 0, 0, "none|torus|half_turn|klein|hantzsche_wendt", "Makes a finite space without an edge of it: who goes far enough is back. `torus` by three moves, `half_turn` turned about y by the move along y, `klein` mirrored along x by the move along z, `hantzsche_wendt` by three screws.") \
+  F(vec3,   size, (4, 4, 4), 1e-3, NO_LIMIT, "m", "With `space`: after how much it repeats, along x, y and z.")
+#define CELL_SPHERICAL_FIELDS(F)                                                                                    \
+  F(real,   radius, 10, 1e-3, 1e6, "m", "Radius of curvature: all the way round is 2 pi of it.")                    \
+  F(choice, space, 0, 0, 0, "poincare|quaternionic|lens", "Which finite space: a dodecahedron glued to itself with a tenth of a turn, a cube with a quarter, or the lens space L(p, q).") \
+  F(integer, p, 5, 3, 24, "", "Of a lens space: of how many cells the sphere is made.")                             \
+  F(integer, q, 2, 1, 23, "", "Of a lens space: how many p-ths of a turn each step makes; no factor common with p.")
+#define CELL_HYPERBOLIC_FIELDS(F)                                                                                   \
+  F(real,   radius, 5, 1e-3, 1e6, "m", "Radius of curvature: a circle of this radius is 1.18 times as long as a flat one.") \
+  F(choice, space, 0, 0, 0, "seifert_weber|right_angled|cubes", "Which space: a dodecahedron glued to itself with three tenths of a turn, dodecahedra with right angles whose faces are mirrors of space, or cubes five round an edge, whose content must look the same from each face.")
 FIELD_STRUCT(CellCommon, CELL_FIELDS);
-typedef enum CellKind { CELL_FLAT } CellKind;
+FIELD_STRUCT(CellFlat, CELL_FLAT_FIELDS);
+FIELD_STRUCT(CellSpherical, CELL_SPHERICAL_FIELDS);
+FIELD_STRUCT(CellHyperbolic, CELL_HYPERBOLIC_FIELDS);
+typedef enum { FLAT_NONE, FLAT_TORUS, FLAT_HALF_TURN, FLAT_KLEIN, FLAT_HANTZSCHE_WENDT } FlatSpace;
+typedef enum { SPHERICAL_POINCARE, SPHERICAL_QUATERNIONIC, SPHERICAL_LENS } SphericalSpace;
+typedef enum { HYPERBOLIC_SEIFERT_WEBER, HYPERBOLIC_RIGHT_ANGLED, HYPERBOLIC_CUBES } HyperbolicSpace;
+typedef enum CellKind { CELL_FLAT, CELL_SPHERICAL, CELL_HYPERBOLIC } CellKind;
 typedef struct Cell {
   const char *name;
   int32_t kind; // CellKind
   CellCommon common;
+  union {
+    CellFlat flat;
+    CellSpherical spherical;
+    CellHyperbolic hyperbolic;
+  };
 } Cell;
 
 #define GATE_FIELDS(F)                                                                                              \

@@ -10,6 +10,7 @@
 #define RAYFOLD_SPACE_GATE_H
 
 #include "base/ray.h"
+#include "space/chart.h"
 
 #define NO_CELL UINT32_MAX
 #define NO_GATE UINT32_MAX
@@ -17,6 +18,12 @@
 enum { GATE_FRONT, GATE_BACK }; // the side a ray goes in at: the front against the normal
 
 typedef enum Aperture { APERTURE_RECT, APERTURE_POLYGON, APERTURE_BOX, APERTURE_SPHERE } Aperture;
+
+// A gate of a curved cell maps by what is no Frame.
+typedef struct GateCurve {
+  float kappa; // of the cells on both sides, per square metre
+  Mat4_f map;  // in units of the radius of curvature
+} GateCurve;
 
 // Where one side leads.
 typedef struct GateSide {
@@ -27,6 +34,7 @@ typedef struct GateSide {
   bool is_shift; // the map only moves: directions stay what they are, to the bit
   bool is_into;  // one comes out within a closed gate
   bool is_null;  // the map is the identity
+  const GateCurve *curve; // instead of the map; NULL: both sides are flat
 } GateSide;
 
 typedef struct SpaceGate {

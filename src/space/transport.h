@@ -22,7 +22,7 @@ typedef struct Way {
   uint32_t cell;   // where it is
   uint32_t from;   // the gate it came out of, which a straight line does not meet again from the same side; NO_GATE
   float scale;     // lengths here of one where it began
-  float passed;    // length before the ray's origin, in today's lengths: 0, unless someone moved the origin
+  float passed;    // length before the ray's origin, in today's lengths: 0, unless someone moved the origin, as curved cells do
   uint16_t crossings;
   bool is_within;  // `from` is closed, and the ray is within
   bool is_moved;   // some gate had a map that is not the identity
@@ -70,13 +70,28 @@ static inline SpaceExit space_exit(const Space *s, const Way *w, const Ray *ray)
   return e;
 }
 
+// Through a gate of a curved cell, the ray begins anew at the gate: a line of one chart may have no origin in the next.
+static inline void way_curve(const GateCurve *c, Way *w, float t, Ray *ray)
+{
+  Vec3 p = ray->o + t * ray->d, v = v3_normalize(chart_to_local(c->kappa, p, ray->d));
+  w->passed += chart_length(c->kappa, chart_span(c->kappa, ray->o, ray->d, t));
+  chart_map(c->kappa, &c->map, &p, &v);
+  ray->o = p;
+  ray->d = v3_normalize(chart_from_local(c->kappa, p, v));
+  ray->tmin = 0;
+}
+
 // Takes the ray, whose direction has unit length, through a side of a gate that it meets at t.
 static inline void way_cross(const Space *s, Way *w, uint32_t gate, int side, float t, Ray *ray)
 {
   const GateSide *to = &s->gates[gate].side[side];
-  ray->o = frame_point(&to->map, ray->o);
-  ray->tmin = t;
-  if (!to->is_shift) ray->d = v3_normalize(frame_vector(&to->map, ray->d));
+  if (to->curve) {
+    way_curve(to->curve, w, t, ray);
+  } else {
+    ray->o = frame_point(&to->map, ray->o);
+    ray->tmin = t;
+    if (!to->is_shift) ray->d = v3_normalize(frame_vector(&to->map, ray->d));
+  }
   if (to->scale != 1) {
     ray->tmin *= to->scale;
     ray->tmax *= to->scale;

@@ -191,6 +191,9 @@ bool prepare_cells(Prepare *p)
     if (p->sources.items[k].scene->gates.count || p->sources.items[k].scene->cells.count)
       return err_set(p->err, ERR_BAD_SCENE, "%s has cells or gates, and stands in another scene as a model; only the scene itself may have them",
                      p->sources.items[k].scene->path ? p->sources.items[k].scene->path : "a model");
+  for (size_t c = 0; c < s->cells.count && s->render.integrator == INTEGRATOR_WHITTED; c++)
+    if (s->cells.items[c].kind != CELL_FLAT)
+      note_once(&w->notes, "the integrator whitted takes light in curved cells for that of flat ones; path and classic do not");
   return cells_check(s, NULL, p->err);
 }
 
@@ -215,8 +218,8 @@ bool prepare_gates(Prepare *p)
 {
   World *w = p->world;
   const Scene *s = p->scene;
-  const size_t count = s->gates.count;
-  SpaceGate *gates = arena_alloc(&w->arena, count + 1, sizeof *gates);
+  size_t count = s->gates.count;
+  SpaceGate *gates = arena_alloc(&w->arena, count + prepare_form_faces(p) + 1, sizeof *gates);
   GateLink(*links)[2] = arena_alloc(&p->scratch, count + 1, sizeof *links);
   if (!gates || !links) return prepare_failed_memory(p);
   if (!gates_link(s, links, NULL, NULL, p->err)) return false;
@@ -227,6 +230,7 @@ bool prepare_gates(Prepare *p)
     gates[i].instance = (uint32_t)p->instances.count;
     if (!add_aperture(p, g, (uint32_t)i)) return false;
   }
+  if (!prepare_forms(p, gates, &count)) return false;
   w->space.gates = gates;
   w->space.gate_count = count;
   return fill_walls(p, gates) && split_objects(p, links);

@@ -87,7 +87,7 @@ static bool reaches(const SpaceGate *plane, bool in_front, const SpaceGate *what
 static bool may_go_through(const Looker *l, const Look *at, uint32_t gate, int side)
 {
   const SpaceGate *g = &l->p->world->space.gates[gate];
-  if (g->side[side].cell == NO_CELL) return false;
+  if (g->side[side].cell == NO_CELL || g->side[side].curve) return false; // an image may be beyond the chart's end
   if (at->from == NO_GATE) return true;
   if (at->from == gate) return at->is_within && side == GATE_BACK;
   const SpaceGate *from = &l->p->world->space.gates[at->from];

@@ -1,6 +1,7 @@
 // From lights and shining surfaces to emitters that can be aimed at. An area light is a real thing: an instance with
 // an emissive material that is there from its front only.
 
+#include "scene/gates.h"
 #include "scene/ies.h"
 #include "shade/light_sample.h"
 #include "world/prepare.h"
@@ -25,6 +26,50 @@ bool prepare_add_emitter(Prepare *p, const Emitter *e)
   return (array_push(&p->emitters, *e) && array_push(&p->emitter_cells, p->cell)) || prepare_failed_memory(p);
 }
 
+// --- in curved cells ------------------------------------------------------------------------------
+static float cell_kappa(const Prepare *p) { return p->cell ? cell_curvature(&p->scene->cells.items[p->cell - 1]) : 0; }
+static bool cell_is_curved(const Prepare *p) { return cell_kappa(p) != 0; }
+
+// A lamp as a mesh in the cell's chart, whose triangles are aimed at. Its way to face is that of the chart.
+static bool add_bent_area(Prepare *p, const Instance *i, const WorldInstance *shading)
+{
+  const float kappa = cell_kappa(p);
+  const Frame *f = &i->world_from_object, one = frame_identity();
+  Bend bend;
+  Frame pose = *f;
+  pose.z = v3_normalize(chart_to_local(kappa, f->p, f->z));
+  pose.x = v3_normalize(f->x - v3_dot(f->x, pose.z) * pose.z);
+  pose.y = v3_cross(pose.z, pose.x);
+  if (!bend_at(kappa, &pose, &bend))
+    return err_set(p->err, ERR_BAD_SCENE, "it is beyond the end of its cell's chart, which is its radius from the middle; move it nearer");
+  MeshData *own = i->kind == INSTANCE_QUAD   ? bend_quad(i->size[0], i->size[1])
+                  : i->kind == INSTANCE_DISK ? bend_disk(i->size[0])
+                                             : bend_ball(kappa, i->size[0]);
+  if (!own) return prepare_failed_memory(p);
+  MeshData *bent = bend_mesh(&bend, own, &one, p->err);
+  mesh_data_release(own);
+  if (!bent) return false;
+  const int32_t part = parts_add_mesh(p->parts, p->previous, bent);
+  WorldInstance w = *shading;
+  w.mesh = (TriangleMesh){.positions = bent->positions, .texcoords = {bent->texcoords[0]}, .triangles = bent->triangles};
+  const Instance to = {.world_from_object = one, .kind = INSTANCE_MESH, .mask = i->mask};
+  const bool ok = part >= 0 ? prepare_add_instance(p, &to, &w, part) : prepare_failed_memory(p);
+  mesh_data_release(bent);
+  return ok;
+}
+
+// What has no place, or lights by angles that its chart does not keep, is not there in curved space.
+static bool check_curved(Prepare *p, const Light *l)
+{
+  const float kappa = cell_kappa(p);
+  if (kappa == 0) return true;
+  if (l->kind == LIGHT_SUN || l->kind == LIGHT_SPOT || (l->kind == LIGHT_POINT && l->point.ies))
+    return err_set(p->err, ERR_BAD_SCENE, "a curved cell is lit by point lights without a file, and by rects, disks and spheres; a %s is none",
+                   l->kind == LIGHT_SUN ? "sun" : l->kind == LIGHT_SPOT ? "spot" : "measured lamp");
+  return l->kind != LIGHT_POINT || chart_holds(kappa, v3_load(l->point.position)) ||
+         err_set(p->err, ERR_BAD_SCENE, "it is beyond the end of its cell's chart, which is its radius from the middle; move it nearer");
+}
+
 // The instance of an area light; its emitter comes with those of all other shining surfaces.
 static bool add_area(Prepare *p, const Frame *frame, InstanceKind kind, float size_x, float size_y,
                      const float radiance[3], bool is_visible, uint32_t object_i)
@@ -41,7 +86,7 @@ static bool add_area(Prepare *p, const Frame *frame, InstanceKind kind, float si
   const WorldInstance w = {.materials = material, .slot_count = 1, .object_i = object_i};
   const Instance i = {.world_from_object = *frame, .size = {size_x, size_y}, .kind = (uint8_t)kind,
                       .mask = (uint8_t)(is_visible ? RAY_ALL : RAY_ALL & ~RAY_CAMERA)};
-  return prepare_add_instance(p, &i, &w, -1);
+  return cell_is_curved(p) ? add_bent_area(p, &i, &w) : prepare_add_instance(p, &i, &w, -1);
 }
 
 bool prepare_add_sun(Prepare *p, const float direction[3], Vec3 irradiance, float angle)
@@ -187,6 +232,7 @@ bool prepare_scene_lights(Prepare *p, const Source *source, const Frame *frame, 
   for (size_t i = 0; i < source->scene->lights.count; i++) {
     const Light *l = &source->scene->lights.items[i];
     if (source->scene == p->scene) p->cell = (uint32_t)(l->common.cell + 1); // a model's are where it is
+    if (!check_curved(p, l)) return err_where(p->err, "lights[%zu]", i);
     if (!add_light(p, l, source->scene, frame, object_i)) return err_where(p->err, "lights[%zu]", i);
   }
   return true;

@@ -1,6 +1,7 @@
 // From objects to instances: scenes inside scenes are laid flat, each object's maps multiplied up the chain. The
 // walk keeps its own stack, bounded by the depth to which scenes may nest.
 
+#include "scene/gates.h"
 #include "world/prepare.h"
 
 enum { MOST_NESTING = 32 };
@@ -152,6 +153,78 @@ static bool add_solid(Prepare *p, const Shape *shape, Instance *i, WorldInstance
   return prepare_add_instance(p, i, w, -1);
 }
 
+// --- in curved cells ------------------------------------------------------------------------------
+// Where an object of the scene itself has its chart: its turn and place. The rest, sizes and what is within a model, is
+// done there.
+static bool begin_bend(Prepare *p, const Object *o, size_t object_i)
+{
+  const float kappa = p->cell ? cell_curvature(&p->scene->cells.items[p->cell - 1]) : 0;
+  p->is_bent = kappa != 0;
+  if (!p->is_bent) return true;
+  const Frame f = object_frame(&o->common);
+  Frame pose = {v3_normalize(f.x), v3_normalize(f.y), v3_normalize(f.z), f.p};
+  if (frame_determinant(&pose) < 0) pose.z = -pose.z;
+  if (fabsf(frame_determinant(&pose) - 1) > 1e-3f)
+    return err_set(p->err, ERR_BAD_SCENE, "object \"%s\" (%zu) is sheared by its matrix, which no object of a curved cell can be",
+                   o->name ? o->name : "", object_i);
+  p->bend_from_world = frame_inverse(&pose);
+  return bend_at(kappa, &pose, &p->bend) ||
+         err_set(p->err, ERR_BAD_SCENE, "object \"%s\" (%zu) is beyond the end of its cell's chart, which is its radius from the middle; move it nearer",
+                 o->name ? o->name : "", object_i);
+}
+
+// Puts a mesh into the cell's chart. m is given up.
+static bool add_bent_mesh(Prepare *p, MeshData *m, const Frame *own, Placing *o)
+{
+  if (!m) return prepare_failed_memory(p);
+  MeshData *bent = bend_mesh(&p->bend, m, own, p->err);
+  mesh_data_release(m);
+  if (!bent) return false;
+  const int32_t part = parts_add_mesh(p->parts, p->previous, bent);
+  o->instance.world_from_object = frame_identity();
+  const bool ok = part >= 0 ? add_mesh(p, bent, part, o) : prepare_failed_memory(p);
+  mesh_data_release(bent);
+  return ok;
+}
+
+static bool add_bent(Prepare *p, const Object *o, MeshData *mesh, Placing *at)
+{
+  Instance *i = &at->instance;
+  Frame own = frame_product(&p->bend_from_world, &i->world_from_object);
+  if (at->volume >= 0)
+    return err_set(p->err, ERR_BAD_SCENE, "object \"%s\": nothing in a curved cell can be filled with a medium", o->name ? o->name : "");
+  switch ((ShapeKind)o->shape.kind) {
+  case SHAPE_MESH: return add_bent_mesh(p, mesh_data_share(mesh), &own, at);
+  case SHAPE_SPHERE: {
+    const float scale = cbrtf(fabsf(frame_determinant(&own)));
+    i->kind = INSTANCE_SPHERE;
+    i->size[0] = 1;
+    return bend_sphere(&p->bend, own.p, scale * o->shape.sphere.radius, &i->world_from_object)
+               ? place(p, at, -1)
+               : err_set(p->err, ERR_BAD_SCENE, "object \"%s\" reaches beyond the end of its cell's chart; make it smaller", o->name ? o->name : "");
+  }
+  case SHAPE_QUAD: return add_bent_mesh(p, bend_quad(o->shape.quad.size[0] / 2, o->shape.quad.size[1] / 2), &own, at);
+  case SHAPE_DISK: return add_bent_mesh(p, bend_disk(o->shape.disk.radius), &own, at);
+  case SHAPE_BOX: {
+    MeshData *box = prepare_unit_box(p);
+    own.x *= o->shape.box.size[0];
+    own.y *= o->shape.box.size[1];
+    own.z *= o->shape.box.size[2];
+    return add_bent_mesh(p, box ? mesh_data_share(box) : NULL, &own, at);
+  }
+  case SHAPE_PLANE:
+  case SHAPE_TRIANGLE:
+  case SHAPE_CYLINDER:
+  case SHAPE_CONE:
+  case SHAPE_ENDLESS_CONE:
+  case SHAPE_TORUS:
+  case SHAPE_VOXELS:
+  case SHAPE_CSG: break;
+  }
+  return err_set(p->err, ERR_BAD_SCENE, "object \"%s\": in a curved cell there are spheres, quads, disks, boxes and meshes only; make it a mesh",
+                 o->name ? o->name : "");
+}
+
 static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t material, uint32_t object_i)
 {
   const Frame own = object_frame(&o->common);
@@ -169,6 +242,7 @@ static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t m
   if (!o->common.visible_to_camera) i->mask &= (uint8_t)~RAY_CAMERA;
   if (!o->common.casts_shadow) i->mask &= (uint8_t)~RAY_SHADOW;
   if (at.has_surface && !set_materials(p, level->source, mesh, material, &at.surface)) return false;
+  if (p->is_bent) return add_bent(p, o, mesh ? mesh->data : NULL, &at);
   switch ((ShapeKind)o->shape.kind) {
   case SHAPE_MESH: return add_mesh(p, mesh->data, level->source->mesh_parts[o->shape.mesh_i], &at);
   case SHAPE_SPHERE:
@@ -273,6 +347,7 @@ bool prepare_objects(Prepare *p)
     if (depth == 1) {
       object_i = (uint32_t)level->next - 1;
       p->cell = (uint32_t)(o->common.cell + 1);
+      if (!begin_bend(p, o, object_i)) return false;
     }
     int32_t material = level->material;
     if (material < 0 && o->common.material >= 0)

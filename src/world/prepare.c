@@ -1,6 +1,7 @@
 // scene -> world, as a list of steps. Everything is gathered in growable arrays first and laid into the world's
 // arena at the end; nothing of the world is seen by anyone before it is whole.
 
+#include "scene/gates.h"
 #include "world/prepare.h"
 
 #include <string.h>
@@ -84,6 +85,7 @@ static bool build_trees(Prepare *p)
   for (size_t c = 0; c < w->cell_count; c++) {
     float lo[3], hi[3];
     p->cells[c].accel = trees[c];
+    p->cells[c].curvature = c ? cell_curvature(&p->scene->cells.items[c - 1]) : 0;
     p->cells[c].gravity = c ? v3_load(p->scene->cells.items[c - 1].common.gravity) : v3(0, -9.81f, 0);
     w->tree_bytes += accel_bytes(trees[c]);
     accel_bounds(trees[c], lo, hi);

@@ -3,6 +3,7 @@
 #ifndef RAYFOLD_WORLD_PREPARE_H
 #define RAYFOLD_WORLD_PREPARE_H
 
+#include "world/bend.h"
 #include "world/parts.h"
 #include "world/world.h"
 
@@ -32,6 +33,9 @@ typedef struct Prepare {
   ARRAY(TextureMap) textures;
   ARRAY(int32_t) texture_parts; // TextureMap -> image part, -1: none
   ARRAY(int32_t) texture_mips;  // TextureMap -> mips part, -1: none
+  Bend bend;                    // of the object being added, if its cell is curved
+  Frame bend_from_world;        // what is left of its frames
+  bool is_bent;
   uint32_t cell;                // of what is added next: 0 the unnamed one, 1 + its index
   ARRAY(Instance) instances;
   ARRAY(uint32_t) instance_cells; // likewise
@@ -107,6 +111,8 @@ bool prepare_light_set(Prepare *p); // after it
 // Cells and gates, before and after all objects.
 bool prepare_cells(Prepare *p);
 bool prepare_gates(Prepare *p);
+size_t prepare_form_faces(const Prepare *p); // at most so many walls of cells that are finite spaces,
+bool prepare_forms(Prepare *p, SpaceGate *gates, size_t *count); // which are appended
 MeshData *prepare_unit_box(Prepare *p); // of the parts; NULL when memory is out
 
 // Appends an instance with one material. False when memory is out.

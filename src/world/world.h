@@ -83,6 +83,7 @@ typedef struct WorldCell {
   const LightImage *images;
   uint32_t image_count;
   uint32_t atmosphere;    // 1 + index into World.media; 0: none
+  float curvature;        // per square metre; its chart is that of space/chart.h
   Vec3 gravity;
 } WorldCell;
 
