@@ -289,9 +289,6 @@ static int common_factor(int a, int b) { return b ? common_factor(b, a % b) : a;
 bool cell_check(const Cell *c, const char **field, Err *err)
 {
   const CellSpherical *s = &c->spherical;
-  *field = "atmosphere";
-  if (c->kind != CELL_FLAT && c->common.atmosphere >= 0)
-    return err_set(err, ERR_BAD_SCENE, "a curved cell has no atmosphere; \"fade\" in the render settings makes what is far fade");
   *field = "q";
   return c->kind != CELL_SPHERICAL || s->space != SPHERICAL_LENS || (s->q < s->p && common_factor(s->p, s->q) == 1) ||
          err_set(err, ERR_BAD_SCENE, "there is no lens space L(%d, %d): q must be smaller than p and share no factor with it", s->p, s->q);

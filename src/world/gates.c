@@ -191,6 +191,10 @@ bool prepare_cells(Prepare *p)
     if (p->sources.items[k].scene->gates.count || p->sources.items[k].scene->cells.count)
       return err_set(p->err, ERR_BAD_SCENE, "%s has cells or gates, and stands in another scene as a model; only the scene itself may have them",
                      p->sources.items[k].scene->path ? p->sources.items[k].scene->path : "a model");
+  for (size_t c = 0; c < s->cells.count; c++)
+    if (s->cells.items[c].kind != CELL_FLAT && s->cells.items[c].common.atmosphere >= 0)
+      return err_set(p->err, ERR_BAD_SCENE, "cell \"%s\" is curved and has no atmosphere; \"fade\" in the render settings makes what is "
+                     "far fade", s->cells.items[c].name);
   for (size_t c = 0; c < s->cells.count && s->render.integrator == INTEGRATOR_WHITTED; c++)
     if (s->cells.items[c].kind != CELL_FLAT)
       note_once(&w->notes, "the integrator whitted takes light in curved cells for that of flat ones; path and classic do not");
