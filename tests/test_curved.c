@@ -141,7 +141,7 @@ TEST(what_cannot_be_is_refused)
   } cases[] = {
       {"{ \"rayfold\": 1, \"cells\": { \"c\": { " CURVED ", \"space\": \"lens\", \"p\": 6, \"q\": 3, \"beams\": 0.1 } } }", "no lens space L(6, 3)"},
       {"{ \"rayfold\": 1, \"cells\": { \"c\": { " CURVED ", \"beams\": 1 } } }", "make them thinner"},
-      {"{ \"rayfold\": 1, \"media\": { \"m\": {} }, \"cells\": { \"c\": { " CURVED ", \"atmosphere\": \"m\" } } }", "is curved and has no atmosphere"},
+      {"{ \"rayfold\": 1, \"media\": { \"m\": { \"kind\": \"homogeneous\" } }, \"cells\": { \"c\": { " CURVED ", \"atmosphere\": \"m\" } } }", "is curved and has no atmosphere"},
       {"{ \"rayfold\": 1, \"cells\": { \"c\": { " CURVED " } }, \"lights\": [ { \"kind\": \"sun\", \"cell\": \"c\" } ] }", "a sun is none"},
       {"{ \"rayfold\": 1, \"cells\": { \"c\": { \"kind\": \"hyperbolic\", \"radius\": 2 } }, \"objects\": [ { \"cell\": \"c\", \"translate\": [3, 0, 0],"
        "\"shape\": { \"kind\": \"sphere\" } } ] }", "beyond the end of its cell's chart"},
