@@ -100,7 +100,7 @@ static void ask(View *v)
 void view_turn(View *v, double seconds)
 {
   const Wish wish = input_wish(v);
-  if (walker_move(&v->walker, &wish, seconds, v->walker.on_foot ? view_world(v) : NULL)) v->is_asked = true;
+  if (walker_move(&v->walker, &wish, seconds, view_world(v))) v->is_asked = true;
   ask(v);
 }
 

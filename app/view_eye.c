@@ -1,5 +1,6 @@
 // See view_eye.h. On foot the body is a capsule as a few rays feel it: at the height of shins, hips and eyes, ahead and
-// to both sides. They are the tracer's own rays, so walls are where they are seen.
+// to both sides. They are the tracer's own rays, so walls are where they are seen, behind gates, too. Every step is walked by
+// the library, which carries the body through gates; the level turns with it, and then follows what is up in the new cell.
 
 #include "view_eye.h"
 
@@ -11,26 +12,45 @@
 #define RADIUS 0.18f
 #define STEP   0.28f
 static const float feelers[] = {STEP + 0.02f, 0.6f, 1.0f};
-#define GRAVITY 9.81f
+#define RIGHTING 8.0f // radians a second: half a turn in 0.4 s
 #define LEG_SECONDS 1.6f // from one stored view to the next
 
 float vec_dot(rf_vec3 a, rf_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 float vec_length(rf_vec3 a) { return sqrtf(vec_dot(a, a)); }
 rf_vec3 vec_add(rf_vec3 a, rf_vec3 b, float s) { return (rf_vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z}; }
 
-static rf_vec3 forward_of(const Pose *p)
+// From the level into the world.
+static rf_vec3 out_of(const Pose *p, rf_vec3 v)
 {
-  return (rf_vec3){-sinf(p->yaw) * cosf(p->pitch), sinf(p->pitch), -cosf(p->yaw) * cosf(p->pitch)};
+  const rf_vec3 zero = {0, 0, 0};
+  return vec_add(vec_add(vec_add(zero, p->level.x, v.x), p->level.y, v.y), p->level.z, v.z);
 }
 
-static rf_vec3 right_of(const Pose *p) { return (rf_vec3){cosf(p->yaw), 0, -sinf(p->yaw)}; }
+static rf_vec3 forward_of(const Pose *p)
+{
+  return out_of(p, (rf_vec3){-sinf(p->yaw) * cosf(p->pitch), sinf(p->pitch), -cosf(p->yaw) * cosf(p->pitch)});
+}
+
+static rf_vec3 right_of(const Pose *p) { return out_of(p, (rf_vec3){cosf(p->yaw), 0, -sinf(p->yaw)}); }
+
+static rf_vec3 above_of(const Pose *p)
+{
+  const float s = sinf(p->pitch);
+  return out_of(p, (rf_vec3){sinf(p->yaw) * s, cosf(p->pitch), cosf(p->yaw) * s});
+}
+
+static rf_vec3 cross(rf_vec3 a, rf_vec3 b)
+{
+  return (rf_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 
 static float held(float x, float low, float high) { return x < low ? low : x > high ? high : x; }
 
 Pose pose_of(const rf_eye *e)
 {
   const rf_vec3 z = e->frame.z;
-  return (Pose){e->frame.p, atan2f(z.x, z.z), asinf(held(-z.y, -1, 1)), e->fov};
+  return (Pose){e->frame.p, atan2f(z.x, z.z), asinf(held(-z.y, -1, 1)), e->fov, e->cell,
+                {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
 }
 
 void walker_set(Walker *w, const rf_eye *eye)
@@ -49,10 +69,11 @@ rf_eye walker_eye(const Walker *w)
   rf_eye e = w->lens;
   e.frame.p = w->pose.place;
   e.fov = w->pose.fov;
+  e.cell = w->pose.cell;
   if (!w->is_level) return e;
-  const rf_vec3 f = forward_of(&w->pose), r = right_of(&w->pose);
-  e.frame.x = r;
-  e.frame.y = (rf_vec3){r.y * f.z - r.z * f.y, r.z * f.x - r.x * f.z, r.x * f.y - r.y * f.x};
+  const rf_vec3 f = forward_of(&w->pose);
+  e.frame.x = right_of(&w->pose);
+  e.frame.y = above_of(&w->pose);
   e.frame.z = (rf_vec3){-f.x, -f.y, -f.z};
   return e;
 }
@@ -69,11 +90,11 @@ void walker_orbit(Walker *w, rf_vec3 centre, float yaw, float pitch)
 {
   // The centre keeps its place in the picture: its offset turns with the eye.
   const rf_vec3 to = vec_add(centre, w->pose.place, -1), f = forward_of(&w->pose), r = right_of(&w->pose);
-  const rf_vec3 up = {r.y * f.z - r.z * f.y, r.z * f.x - r.x * f.z, r.x * f.y - r.y * f.x};
+  const rf_vec3 up = above_of(&w->pose);
   const float a = vec_dot(to, r), b = vec_dot(to, up), c = vec_dot(to, f);
   walker_turn(w, yaw, pitch);
   const rf_vec3 f2 = forward_of(&w->pose), r2 = right_of(&w->pose);
-  const rf_vec3 up2 = {r2.y * f2.z - r2.z * f2.y, r2.z * f2.x - r2.x * f2.z, r2.x * f2.y - r2.y * f2.x};
+  const rf_vec3 up2 = above_of(&w->pose);
   w->pose.place = vec_add(vec_add(vec_add(centre, r2, -a), up2, -b), f2, -c);
   w->on_foot = false;
 }
@@ -86,52 +107,117 @@ void walker_dolly(Walker *w, float notches)
   w->stop_count = 0;
 }
 
-// --- on foot --------------------------------------------------------------------------------------
-static bool feel(const rf_world *world, rf_vec3 from, rf_vec3 direction, float reach, rf_hit *hit, rf_ray *ray)
+// --- through gates ----------------------------------------------------------------------------------
+static rf_vec3 turned(rf_vec3 v, const rf_frame *from, const rf_frame *to)
 {
-  *ray = (rf_ray){from, 0, direction, reach};
-  return rf_intersect(world, ray, hit);
+  const rf_vec3 zero = {0, 0, 0};
+  return vec_add(vec_add(vec_add(zero, to->x, vec_dot(v, from->x)), to->y, vec_dot(v, from->y)), to->z, vec_dot(v, from->z));
 }
 
-static const rf_vec3 down = {0, -1, 0};
+// One straight step, whatever is in the way.
+static void step_by(Walker *w, const rf_world *world, rf_vec3 step)
+{
+  if (!world) {
+    w->pose.place = vec_add(w->pose.place, step, 1);
+    return;
+  }
+  const rf_frame before = w->pose.level;
+  rf_body b = {.frame = before, .scale = 1, .cell = w->pose.cell};
+  b.frame.p = w->pose.place;
+  if (!rf_walk(world, &b, step, false).gates) {
+    w->pose.place = b.frame.p;
+    return;
+  }
+  rf_frame *lens = &w->lens.frame;
+  w->pose.place = b.frame.p;
+  w->pose.level = b.frame;
+  w->pose.cell = b.cell;
+  lens->x = turned(lens->x, &before, &b.frame);
+  lens->y = turned(lens->y, &before, &b.frame);
+  lens->z = turned(lens->z, &before, &b.frame);
+  w->size *= b.scale;
+  w->height *= b.scale;
+  w->fall *= b.scale;
+  w->focus *= b.scale;
+}
+
+static rf_vec3 about(rf_vec3 v, rf_vec3 axis, float c, float s)
+{
+  return vec_add(vec_add((rf_vec3){v.x * c, v.y * c, v.z * c}, cross(axis, v), s), axis, vec_dot(axis, v) * (1 - c));
+}
+
+// Turns the level to what is up in the cell. True if it was not yet.
+static bool right_itself(Walker *w, const rf_world *world, float seconds)
+{
+  const rf_vec3 g = rf_gravity(world, w->pose.cell);
+  const float pull = vec_length(g);
+  rf_frame *l = &w->pose.level;
+  if (!(pull > 0)) return false;
+  const rf_vec3 up = {-g.x / pull, -g.y / pull, -g.z / pull};
+  rf_vec3 axis = cross(l->y, up);
+  const float sine = vec_length(axis), angle = atan2f(sine, vec_dot(l->y, up)), turn = fminf(angle, RIGHTING * seconds);
+  if (angle < 1e-6f) return false;
+  if (sine < 1e-4f) axis = angle > 1 ? l->z : axis; // upside down: over the shoulder
+  const float length = vec_length(axis), c = cosf(turn), s = sinf(turn);
+  axis = (rf_vec3){axis.x / length, axis.y / length, axis.z / length};
+  l->x = about(l->x, axis, c, s);
+  l->y = about(l->y, axis, c, s);
+  l->z = about(l->z, axis, c, s);
+  w->is_level = true;
+  return true;
+}
+
+// --- on foot --------------------------------------------------------------------------------------
+// What lies ahead, and how far; its normal as it is seen from here.
+static bool feel(const rf_world *world, const Pose *p, rf_vec3 from, rf_vec3 direction, float reach, float *t, rf_vec3 *normal)
+{
+  rf_body b = {.frame = p->level, .scale = 1, .cell = p->cell};
+  b.frame.p = from;
+  const rf_walk_end end = rf_walk(world, &b, vec_add((rf_vec3){0, 0, 0}, direction, reach), true);
+  if (!end.is_blocked) return false;
+  const rf_vec3 n = end.surface.ng;
+  *t = end.done * reach;
+  *normal = turned(end.surface.is_back ? (rf_vec3){-n.x, -n.y, -n.z} : n, &b.frame, &p->level);
+  return true;
+}
+
+static rf_vec3 down_of(const Pose *p) { return out_of(p, (rf_vec3){0, -1, 0}); }
 
 void walker_foot(Walker *w, const rf_world *world, bool on)
 {
-  rf_ray ray;
-  rf_hit hit;
+  float t;
+  rf_vec3 n;
   w->on_foot = on;
   w->fall = 0;
   w->stands = false;
   if (!on) return;
   // As tall as the eye is above what it stands over, if that is a person's height in a scene of this size.
   const float tall = held(0.25f * w->size, 1e-3f, 1.65f);
-  w->height = world && feel(world, w->pose.place, down, 1.3f * tall, &hit, &ray) && hit.t > 0.4f * tall ? hit.t : tall;
+  w->height = world && feel(world, &w->pose, w->pose.place, down_of(&w->pose), 1.3f * tall, &t, &n) && t > 0.4f * tall ? t : tall;
 }
 
 // Shortens and bends a step of the feet so that no wall comes nearer than the body's width.
 static rf_vec3 collide(const Walker *w, const rf_world *world, rf_vec3 step)
 {
   const float radius = RADIUS * w->height;
+  const rf_vec3 up = w->pose.level.y;
   for (int round = 0; round < 3; round++) {
     const float length = vec_length(step);
     if (!(length > 1e-7f)) break;
-    const rf_vec3 ahead = vec_add((rf_vec3){0, 0, 0}, step, 1 / length), side = {-ahead.z, 0, ahead.x};
+    const rf_vec3 ahead = vec_add((rf_vec3){0, 0, 0}, step, 1 / length), side = cross(up, ahead);
     float nearest = length + radius;
     rf_vec3 wall = {0, 0, 0};
     bool is_blocked = false;
     for (int k = 0; k < 9; k++) {
-      rf_hit hit;
-      rf_ray ray;
-      rf_vec3 from = w->pose.place;
-      from.y += (feelers[k / 3] - 1) * w->height;
+      float t;
+      rf_vec3 n;
+      const rf_vec3 from = vec_add(w->pose.place, up, (feelers[k / 3] - 1) * w->height);
       const rf_vec3 way = k % 3 == 0 ? ahead : vec_add(vec_add((rf_vec3){0, 0, 0}, ahead, 0.7071f), side, k % 3 == 1 ? 0.7071f : -0.7071f);
-      if (!feel(world, from, way, length + radius, &hit, &ray)) continue;
-      const rf_surface s = rf_surface_at(world, &ray, &hit);
-      rf_vec3 n = s.is_back ? (rf_vec3){-s.ng.x, -s.ng.y, -s.ng.z} : s.ng;
-      n.y = 0; // feet stay on the floor
+      if (!feel(world, &w->pose, from, way, length + radius, &t, &n)) continue;
+      n = vec_add(n, up, -vec_dot(n, up)); // feet stay on the floor
       const float l = vec_length(n);
-      if (l < 0.3f || vec_dot(n, ahead) >= 0 || hit.t >= nearest) continue; // a slope, or behind
-      nearest = hit.t;
+      if (l < 0.3f || vec_dot(n, ahead) >= 0 || t >= nearest) continue; // a slope, or behind
+      nearest = t;
       wall = vec_add((rf_vec3){0, 0, 0}, n, 1 / l);
       is_blocked = true;
     }
@@ -146,26 +232,26 @@ static bool walk(Walker *w, const Wish *wish, float seconds, const rf_world *wor
 {
   const Pose before = w->pose;
   const float scale = w->height / 1.65f, pace = (wish->fast ? 3.5f : 1.6f) * scale * w->speed;
-  const rf_vec3 f = {-sinf(w->pose.yaw), 0, -cosf(w->pose.yaw)};
+  const rf_vec3 f = out_of(&w->pose, (rf_vec3){-sinf(w->pose.yaw), 0, -cosf(w->pose.yaw)});
   rf_vec3 step = vec_add(vec_add((rf_vec3){0, 0, 0}, f, wish->forward), right_of(&w->pose), wish->right);
   const float l = vec_length(step);
   step = vec_add((rf_vec3){0, 0, 0}, step, pace * seconds / (l > 1 ? l : 1));
-  step = collide(w, world, step);
-  w->pose.place = vec_add(w->pose.place, step, 1);
+  step_by(w, world, collide(w, world, step));
   // Down to the ground, which may be a step up or, in the air, farther than this fall.
-  if (wish->jump && w->stands) w->fall = -3.2f * sqrtf(scale) * scale;
-  w->fall += GRAVITY * scale * seconds;
+  const float size = w->height / 1.65f; // as it is behind a gate
+  if (wish->jump && w->stands) w->fall = -3.2f * sqrtf(size) * size;
+  w->fall += vec_length(rf_gravity(world, w->pose.cell)) * size * seconds;
   const float reach = w->height + (w->fall > 0 ? w->fall * seconds : 0) + (w->stands && w->fall > 0 ? STEP * w->height : 0);
-  rf_hit hit;
-  rf_ray ray;
-  w->stands = w->fall > 0 && feel(world, w->pose.place, down, reach, &hit, &ray);
+  float t;
+  rf_vec3 n;
+  w->stands = w->fall > 0 && feel(world, &w->pose, w->pose.place, down_of(&w->pose), reach, &t, &n);
   if (w->stands) {
-    const float rise = w->height - hit.t, most = 4 * w->height * seconds; // steps are climbed, not jumped
-    w->pose.place.y += rise > most ? most : rise;
+    const float rise = w->height - t, most = 4 * w->height * seconds; // steps are climbed, not jumped
     w->fall = 0;
+    step_by(w, world, vec_add((rf_vec3){0, 0, 0}, down_of(&w->pose), -(rise > most ? most : rise)));
   } else {
-    w->pose.place.y -= w->fall * seconds;
-    if (w->fall > 60 * scale) w->fall = 60 * scale; // out of the world: as a skydiver
+    step_by(w, world, vec_add((rf_vec3){0, 0, 0}, down_of(&w->pose), w->fall * seconds));
+    if (w->fall > 60 * size) w->fall = 60 * size; // out of the world: as a skydiver
   }
   return memcmp(&before, &w->pose, sizeof before) != 0;
 }
@@ -196,12 +282,15 @@ static Pose between(const Walker *w, float at)
   const int last = w->stop_count - 1, i = at < (float)last ? (int)at : last - 1;
   const Pose *b = &w->stops[i], *c = &w->stops[i + 1], *a = i > 0 ? b - 1 : b, *d = i + 1 < last ? c + 1 : c;
   const float t = at - (float)i;
+  if (b->cell != c->cell) return t < 0.5f ? *b : *c; // no way but a cut leads from one cell to another
   return (Pose){{spline(a->place.x, b->place.x, c->place.x, d->place.x, t),
                  spline(a->place.y, b->place.y, c->place.y, d->place.y, t),
                  spline(a->place.z, b->place.z, c->place.z, d->place.z, t)},
                 spline(a->yaw, b->yaw, c->yaw, d->yaw, t),
                 spline(a->pitch, b->pitch, c->pitch, d->pitch, t),
-                spline(a->fov, b->fov, c->fov, d->fov, t)};
+                spline(a->fov, b->fov, c->fov, d->fov, t),
+                b->cell,
+                b->level};
 }
 
 static bool fly_on(Walker *w, float seconds)
@@ -223,12 +312,12 @@ bool walker_move(Walker *w, const Wish *wish, double seconds, const rf_world *wo
   if (moved) walker_turn(w, -2 * s * wish->turn, -1.5f * s * wish->tilt);
   if (is_wished) w->stop_count = 0;
   if (w->stop_count) return fly_on(w, s);
+  if (world) moved |= right_itself(w, world, s);
   if (w->on_foot && world) return walk(w, wish, s, world) || moved;
   if (!is_wished) return moved;
   const rf_eye e = walker_eye(w);
   const float pace = 0.25f * w->size * w->speed * (wish->fast ? 4 : wish->slow ? 0.25f : 1) * s;
-  w->pose.place = vec_add(w->pose.place, e.frame.x, pace * wish->right);
-  w->pose.place = vec_add(w->pose.place, (rf_vec3){0, 1, 0}, pace * wish->up);
-  w->pose.place = vec_add(w->pose.place, e.frame.z, -pace * wish->forward);
+  const rf_vec3 aside = vec_add((rf_vec3){0, 0, 0}, e.frame.x, pace * wish->right);
+  step_by(w, world, vec_add(vec_add(aside, w->pose.level.y, pace * wish->up), e.frame.z, -pace * wish->forward));
   return true;
 }

@@ -10,15 +10,17 @@ enum { MOST_STOPS = 16 };
 
 typedef struct Pose {
   rf_vec3 place;
-  float yaw, pitch; // radians: to the left from -z, upwards
+  float yaw, pitch; // radians: to the left from -z, upwards, by the level
   float fov;        // as rf_eye's
+  int cell;         // of the world
+  rf_frame level;   // what is right, up and back where the head is held straight; gates turn it, gravity rights it
 } Pose;
 
 typedef struct Walker {
   rf_eye lens;   // what of the eye does not move
   bool is_level; // the frame follows from the pose; not before the first turn, as a camera may be tilted
   Pose pose;
-  float size;    // of the scene, metres: gives speeds
+  float size;    // of the scene, metres: gives speeds; of the walker's own, which gates may change
   float speed;   // factor
   float focus;   // metres to what is looked at
   bool on_foot;
@@ -42,7 +44,7 @@ void walker_orbit(Walker *w, rf_vec3 centre, float yaw, float pitch);
 void walker_dolly(Walker *w, float notches); // towards what is looked at
 void walker_foot(Walker *w, const rf_world *world, bool on);
 void walker_fly(Walker *w, const Pose *stops, int count); // from here along them
-// Moves by `seconds`; world may be NULL. True if the eye is another then.
+// Moves by `seconds`, through gates if there is a world, which may be NULL. True if the eye is another then.
 bool walker_move(Walker *w, const Wish *wish, double seconds, const rf_world *world);
 
 float vec_length(rf_vec3 a);

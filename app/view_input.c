@@ -75,15 +75,22 @@ static void change_exposure(View *v, const Event *e)
 
 // --- stored views ---------------------------------------------------------------------------------
 // The eye as a camera of a scene file.
-static void camera_json(const View *v, char out[400])
+static void camera_json(View *v, char out[560])
 {
   const rf_eye e = walker_eye(&v->walker);
+  rf_scene *s;
+  char cell[140] = "";
+  if (e.cell && scene_take(v, 1, &s)) {
+    const char *name = rf_cell_name(s, e.cell);
+    if (name && strlen(name) < 100) snprintf(cell, sizeof cell, ", \"cell\": \"%s\"", name);
+    rf_live_return(v->live);
+  }
   const rf_vec3 p = e.frame.p, t = vec_add(p, e.frame.z, -v->walker.focus);
-  snprintf(out, 400,
+  snprintf(out, 560,
            "{\"position\": [%.6g, %.6g, %.6g], \"target\": [%.6g, %.6g, %.6g], \"fov\": %.6g, \"aperture\": %.6g, "
-           "\"focus\": %.6g, \"blades\": %d}",
+           "\"focus\": %.6g, \"blades\": %d%s}",
            (double)p.x, (double)p.y, (double)p.z, (double)t.x, (double)t.y, (double)t.z,
-           (double)e.fov * 180 / 3.14159265358979, (double)e.aperture, (double)e.focus, e.blades);
+           (double)e.fov * 180 / 3.14159265358979, (double)e.aperture, (double)e.focus, e.blades, cell);
 }
 
 static bool stored_eye(View *v, const char *name, rf_eye *out)
@@ -98,7 +105,7 @@ static bool stored_eye(View *v, const char *name, rf_eye *out)
 
 static void store_view(View *v, const Event *e)
 {
-  char path[40], json[400];
+  char path[40], json[560];
   camera_json(v, json);
   snprintf(path, sizeof path, e->key == '0' ? "camera" : "cameras.view%c", e->key);
   if (!v->live || v->walker.lens.lens != RF_PERSPECTIVE) return;

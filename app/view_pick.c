@@ -27,12 +27,14 @@ bool view_hit(View *v, int x, int y, rf_vec3 *place, rf_ray *ray, rf_hit *hit)
 {
   rf_world *w = view_world(v);
   if (!w || !v->frame.number) return false;
-  *ray = rf_eye_ray(&v->frame.eye, (float)v->width, (float)v->height, (float)x + 0.5f, (float)y + 0.5f);
+  rf_ray from = rf_eye_ray(&v->frame.eye, (float)v->width, (float)v->height, (float)x + 0.5f, (float)y + 0.5f);
   for (int tries = 0; tries < 16; tries++) {
-    if (!rf_intersect(w, ray, hit)) return false;
-    *place = vec_add(ray->origin, ray->direction, hit->t);
+    rf_arrival at;
+    if (!rf_look(w, v->frame.eye.cell, &from, hit, &at)) return false;
+    *ray = at.ray;
+    *place = vec_add(from.origin, from.direction, hit->t); // where it seems to be, if there is a gate between
     if (hit->object.id != UINT32_MAX) return true;
-    ray->tmin = hit->t * 1.0001f + 1e-5f;
+    from.tmin = hit->t * 1.0001f + 1e-5f;
   }
   return false;
 }

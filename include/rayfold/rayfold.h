@@ -213,6 +213,43 @@ RF_API void rf_occluded_n(const rf_world *w, const rf_ray *rays, uint8_t *blocke
 // The place a ray hit: hit must be an answer of this world to this ray, and not "nothing".
 RF_API rf_surface rf_surface_at(const rf_world *w, const rf_ray *ray, const rf_hit *hit);
 
+// --- through gates: looking and walking ---------------------------------------------------------------
+// In worlds of cells and gates the calls above see the unnamed cell alone, and gates as surfaces. These go through gates, by
+// the very steps that pictures are made with, so that one walks where one sees. They allocate nothing.
+
+// Which cell a name means, for rf_eye and below; NULL: the unnamed one, 0. -1: there is none of that name.
+RF_API int rf_find_cell(const rf_scene *s, const char *name);
+RF_API const char *rf_cell_name(const rf_scene *s, int cell); // lives as long as the scene; NULL: it has none
+RF_API rf_vec3 rf_gravity(const rf_world *w, int cell); // m/s2
+
+// The nearest hit of a ray that begins in a cell; *arrived, which may be NULL, is the ray as it is in the cell of the hit,
+// for rf_surface_at(), where t counts as it did, in lengths of its direction. Returns false when nothing is met.
+typedef struct rf_arrival {
+  rf_ray ray;
+  int cell;
+  float scale; // lengths there of one where the ray began
+} rf_arrival;
+RF_API bool rf_look(const rf_world *w, int cell, const rf_ray *ray, rf_hit *hit, rf_arrival *arrived);
+
+// Someone on the way: where, turned how, how fast, how large.
+typedef struct rf_body {
+  rf_frame frame;   // right, up, back, place; orthonormal, left-handed after an odd number of mirrors
+  rf_vec3 velocity; // m/s
+  float scale;      // of lengths: 1 to begin with, 0.5 behind a gate to a place where all is twice as small
+  int cell;
+} rf_body;
+
+typedef struct rf_walk_end {
+  float done;       // of the motion, 0..1
+  rf_vec3 left;     // the rest of it, as it is where the walk ended
+  int gates;        // gone through
+  bool is_blocked;  // by the surface:
+  rf_surface surface;
+} rf_walk_end;
+// Moves the body by `motion`, all of it but for what is in the way (if stops): through gates, which carry frame, velocity
+// and scale along; what is left of the motion at a gate is walked behind it. The same way in one step or in many.
+RF_API rf_walk_end rf_walk(const rf_world *w, rf_body *body, rf_vec3 motion, bool stops);
+
 // --- film and rendering -----------------------------------------------------------------------------
 typedef enum rf_lens { RF_PERSPECTIVE, RF_ORTHOGRAPHIC, RF_PANORAMIC } rf_lens;
 

@@ -32,6 +32,12 @@ static void hot_any_n(const Accel *accel, const PackedRay *rays, uint8_t *blocke
   accel_ask(&(Batch){accel, rays, count, RAY_ALL, .counters = &counters, .blocked = blocked});
 }
 
+static void hot_piece(const World *world, const Ray *ray, const Way *way, Hit *hit, SpaceExit *end)
+{
+  RayCounters counters = {0};
+  *end = way_piece(world, ray, way, RAY_ALL, 0, &counters, hit);
+}
+
 #define JOINED(a, b)      a##b
 #define TABLE_OF(level)   JOINED(hot_, level)
 #define TEXT_OF(level)    #level
@@ -39,6 +45,6 @@ static void hot_any_n(const Accel *accel, const PackedRay *rays, uint8_t *blocke
 
 extern const HotTable TABLE_OF(RAYFOLD_LEVEL);
 const HotTable TABLE_OF(RAYFOLD_LEVEL) = {LEVEL_NAME(RAYFOLD_LEVEL), tile_render, sizeof(Whitted), pixels_look_at,
-                                           hot_closest_n, hot_any_n,
+                                           hot_closest_n, hot_any_n, hot_piece,
                                            {conv_rows, atrous_rows, fast_take_rows, fast_extend_rows, fast_prepare_rows,
                                             fast_give_rows}};

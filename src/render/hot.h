@@ -56,6 +56,8 @@ typedef struct HotTable {
   // it is visible to, and alpha is not looked at.
   void (*closest_n)(const Accel *accel, const PackedRay *rays, Hit *hits, size_t count);
   void (*any_n)(const Accel *accel, const PackedRay *rays, uint8_t *blocked, size_t count);
+  // One piece of a ray's way: what it meets in its cell, and, if that is a gate, which; of what every ray can see.
+  void (*piece)(const World *world, const Ray *ray, const Way *way, Hit *hit, SpaceExit *end);
   PostKernels post;
 } HotTable;
 

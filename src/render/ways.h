@@ -141,19 +141,27 @@ static inline void ways_closest(const World *w, PackedRay *rays, Way *ways, cons
   while (q.open_count) ways_step(&q);
 }
 
-// The same for one ray, without a batch.
+// One piece of one ray: what it meets in its cell before any gate, or the gate.
+static inline SpaceExit way_piece(const World *w, const Ray *ray, const Way *way, RayMask mask, uint32_t seed, RayCounters *rays,
+                                  Hit *hit)
+{
+  const TraceQuery q = {w, seed, way->from + 1, 0};
+  const SpaceExit exit = world_has_gates(w) ? space_exit(&w->space, way, ray) : (SpaceExit){INFINITY, NO_GATE, 0};
+  Ray piece = *ray;
+  if (exit.t < piece.tmax) piece.tmax = exit.t;
+  accel_closest(w->cells[way->cell].accel, &piece, mask, trace_counts, &q, rays, hit);
+  const SpaceExit end = way_end(w, ray, &exit, hit);
+  if (end.gate != NO_GATE) hit->instance = NO_HIT;
+  return end;
+}
+
+// The whole way of one ray, without a batch.
 static inline bool way_closest(const World *w, Ray *ray, Way *way, RayMask mask, uint32_t seed, RayCounters *rays, Hit *hit)
 {
   *(mask == RAY_CAMERA ? &rays->camera_rays : &rays->bounce_rays) += 1;
   for (;;) {
-    const TraceQuery q = {w, seed, way->from + 1, 0};
-    const SpaceExit exit = world_has_gates(w) ? space_exit(&w->space, way, ray) : (SpaceExit){INFINITY, NO_GATE, 0};
-    Ray piece = *ray;
-    if (exit.t < piece.tmax) piece.tmax = exit.t;
-    accel_closest(w->cells[way->cell].accel, &piece, mask, trace_counts, &q, rays, hit);
-    const SpaceExit end = way_end(w, ray, &exit, hit);
+    const SpaceExit end = way_piece(w, ray, way, mask, seed, rays, hit);
     if (end.gate == NO_GATE) return hit->instance != NO_HIT;
-    hit->instance = NO_HIT;
     if (way->crossings >= w->crossings) {
       way->is_lost = true;
       return false;
