@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define SCENE_OUTPUTS ".json|.rfm|.ply|.obj|.stl"
+#define SCENE_OUTPUTS ".json|.rfm|.ply|.obj|.stl|.vox"
 
 static const Option convert_options[] = {
     {.name = "exposure",
@@ -36,6 +36,13 @@ static const Option convert_options[] = {
      .low = 1,
      .high = 100,
      .sentence = "Of .jpg and .webp."},
+    {.name = "voxels",
+     .kind = OPTION_INTEGER,
+     .argument = "N",
+     .low = 1,
+     .high = 4096,
+     .sentence = "Make voxels of a scene or model, N along its longest side; for .vox, .json and .rfm."},
+    {.name = "hollow", .kind = OPTION_FLAG, .sentence = "The same: only the skin of what is closed."},
     OPTION_ALLOW_OUTSIDE,
     OPTION_QUIET("No notes."),
     {0},
@@ -55,12 +62,22 @@ static ExitCode add_stage(rf_engine *engine, rf_scene *scene, const char *in, bo
   return code;
 }
 
+static ExitCode make_voxels(rf_engine *engine, rf_scene **scene, const Args *args)
+{
+  rf_scene *made = rf_voxelise(*scene, (int)args_integer(args, "voxels", 128), !args_has(args, "hollow"));
+  if (!made) return fail_library(engine);
+  rf_scene_destroy(*scene);
+  *scene = made;
+  return EXIT_DONE;
+}
+
 static ExitCode convert_scene(rf_engine *engine, const char *in, const char *out, const Args *args)
 {
   rf_scene *scene = NULL;
   const bool is_quiet = args_has(args, "quiet");
   ExitCode code = scene_open(&scene, engine, in, args);
   if (!code && !is_quiet) say_notes(scene);
+  if (!code && args_has(args, "voxels")) code = make_voxels(engine, &scene, args);
   if (!code && output_is_any(out, ".json")) code = add_stage(engine, scene, in, is_quiet);
   // A saved model shows what the model shows, so it stands as that would be stood up.
   if (!code && output_is_any(out, ".rfm") && stage_is_wanted(engine, scene))
@@ -91,7 +108,7 @@ static ExitCode check_pair(rf_engine *engine, const char *in, const char *out, b
     return fail(EXIT_USAGE, "%s is a scene and %s a picture; use `rayfold render %s -o %s`", in, out, in,
                 out);
   if (is_scene)
-    return fail(EXIT_USAGE, "%s: a scene or model can become .json, .rfm, .ply, .obj or .stl", out);
+    return fail(EXIT_USAGE, "%s: a scene or model can become .json, .rfm, .ply, .obj, .stl or .vox", out);
   if (is_scene_out)
     return fail(EXIT_USAGE, "%s is not a scene or model (" SCENE_INPUTS "), but %s would be", in, out);
   return fail(EXIT_USAGE, "%s: a picture can become .png, .jpg, .webp, .exr, .hdr or .pfm", out);
@@ -119,7 +136,7 @@ const Command command_convert = {
     .usage = "[OPTION]...",
     .text = "A scene or model (.json .obj .gltf .glb .ply .stl .rfm) becomes .json (with its meshes in files "
             "beside it, and camera and light if it has none), .rfm (one file with all that is ready made, "
-            "trees too, which opens at once), or one mesh in .ply, .obj or .stl. A picture becomes .png, "
+            "trees too, which opens at once), one mesh in .ply, .obj or .stl, or voxels in .vox. A picture becomes .png, "
             ".jpg, .webp, .exr, .hdr or .pfm.",
     .example = "rayfold convert bunny.glb bunny.ply",
     .options = convert_options,

@@ -17,7 +17,7 @@
   }
 
 // Extensions of what scene_open() takes, as output_is_any() wants them.
-#define SCENE_INPUTS ".json|.obj|.gltf|.glb|.ply|.stl|.rfm"
+#define SCENE_INPUTS ".json|.obj|.gltf|.glb|.ply|.stl|.vox|.rfm"
 
 #define OPTION_CACHE                                                                             \
   {                                                                                              \

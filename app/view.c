@@ -266,6 +266,7 @@ static ExitCode run_view(const Args *args)
   if (!v) return fail(EXIT_INTERNAL, "not enough memory");
   v->args = args;
   v->begun = begun;
+  v->brush = (Brush){.size = 3, .color = {0.6f, 0.1f, 0.05f}, .randomness = 0.1f};
   pthread_mutex_init(&v->loader.mutex, NULL);
   pthread_mutex_init(&v->shot.mutex, NULL);
   v->code = read_size(v);

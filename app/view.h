@@ -74,6 +74,21 @@ typedef struct Shot { // a picture being rendered in the background
 
 typedef struct Script Script;
 
+typedef enum Tool { TOOL_OFF, TOOL_ADD, TOOL_ERASE, TOOL_PAINT, TOOL_FLOOD, TOOL_EXTRUDE, TOOL_COUNT } Tool;
+
+typedef struct Brush { // for voxels
+  int tool; // Tool
+  int size; // cells
+  bool is_box, is_inward;
+  float color[3], randomness;
+  char voxel[64];   // name in the palette; empty: color
+  bool is_down, has_last;
+  rf_world *world;  // a use of the one before the stroke; NULL between strokes
+  uint32_t object;
+  int last[3];
+  char path[80], json[30000];
+} Brush;
+
 typedef struct View {
   const Args *args;
   const ScreenKind *kind;
@@ -97,6 +112,7 @@ typedef struct View {
   rf_world *world;        // the newest, for rays; NULL: ask when needed
   Walker walker;
   Picked picked;
+  Brush brush;
   Note note;
   Loader loader;
   Shot shot;
@@ -132,7 +148,18 @@ void pick_clear(View *v);
 bool pick_press(View *v, int x, int y); // on a row of the panel?
 void pick_drag(View *v, int dx);
 rf_world *view_world(View *v);                            // for rays; may be NULL
+uint32_t view_object(const View *v, int x, int y); // 1 + index of the object that the picture shows there; 0: none
 bool view_hit(View *v, int x, int y, rf_vec3 *place, rf_ray *ray, rf_hit *hit); // what the picture shows there
+
+// view_voxels.c: brushes
+void brush_tool(View *v, int step);
+void brush_size(View *v, int step);
+void brush_form(View *v);
+void brush_randomness(View *v);
+void brush_take_color(View *v);
+bool brush_press(View *v, int x, int y, bool is_inward); // on voxels, with a brush in hand?
+void brush_drag(View *v, int x, int y);
+void brush_release(View *v);
 
 // view_shot.c: pictures in full quality
 void shot_begin(View *v);

@@ -182,6 +182,27 @@ static void light_to_eye(View *v, const Event *e)
   note_say(v, false, "the light shines from here");
 }
 
+static void next_tool(View *v, const Event *e) { brush_tool(v, e->mods & MOD_SHIFT ? -1 : 1); }
+static void size_brush(View *v, const Event *e) { brush_size(v, e->key == '.' ? 1 : -1); }
+
+static void form_brush(View *v, const Event *e)
+{
+  (void)e;
+  brush_form(v);
+}
+
+static void vary_brush(View *v, const Event *e)
+{
+  (void)e;
+  brush_randomness(v);
+}
+
+static void take_color(View *v, const Event *e)
+{
+  (void)e;
+  brush_take_color(v);
+}
+
 static void save(View *v, const Event *e)
 {
   (void)e;
@@ -254,6 +275,12 @@ static const Action actions[] = {
     {0, 0, "drag a value", "change it", NULL},
     {'z', MOD_CTRL, "ctrl + Z, Y", "undo, redo", undo},
     {'y', MOD_CTRL, NULL, NULL, redo},
+    {'b', 0, "B", "brush for voxels: add erase paint flood extrude", next_tool},
+    {',', 0, ", .", "smaller, larger brush", size_brush},
+    {'.', 0, NULL, NULL, size_brush},
+    {'x', 0, "X", "square or round brush", form_brush},
+    {'r', 0, "R", "how much its colours vary", vary_brush},
+    {'c', 0, "C", "take the colour under the mouse", take_color},
     {'l', 0, "L", "first light to where I am", light_to_eye},
     {'[', 0, "[ ]", "darker, brighter", change_exposure},
     {']', 0, NULL, NULL, change_exposure},
@@ -315,6 +342,7 @@ static void press(View *v, const Event *e)
   v->is_dragging = false;
   v->is_orbiting = e->button == BUTTON_MIDDLE || (e->button == BUTTON_LEFT && (e->mods & MOD_ALT));
   if (e->button == BUTTON_LEFT && pick_press(v, e->x, e->y)) return;
+  if (e->button == BUTTON_LEFT && !v->is_orbiting && brush_press(v, e->x, e->y, e->mods & MOD_SHIFT)) return;
   if (!v->is_orbiting) return;
   if (v->picked.object) {
     v->centre = v->picked.place;
@@ -326,6 +354,11 @@ static void press(View *v, const Event *e)
 
 static void release(View *v, const Event *e)
 {
+  if (v->brush.is_down) {
+    brush_release(v);
+    v->button = 0;
+    return;
+  }
   if (v->is_dragging && v->picked.dragged < 0) v->kind->capture(v->screen, false);
   if (v->picked.dragged >= 0) {
     v->picked.dragged = -1;
@@ -343,6 +376,7 @@ static void move_mouse(View *v, const Event *e)
   v->mouse_x = e->x;
   v->mouse_y = e->y;
   if (!v->button) return;
+  if (v->brush.is_down) return brush_drag(v, e->x, e->y);
   if (v->picked.dragged >= 0) return pick_drag(v, dx);
   if (!v->is_dragging) {
     const int far = abs(e->x - v->press_x) + abs(e->y - v->press_y);

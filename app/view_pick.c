@@ -14,7 +14,7 @@ rf_world *view_world(View *v)
 }
 
 // 1 + index of the object that the picture shows at a place of the window.
-static uint32_t object_at(const View *v, int x, int y)
+uint32_t view_object(const View *v, int x, int y)
 {
   const rf_live_frame *f = &v->frame;
   if (!f->number || x < 0 || y < 0 || x >= f->width || y >= f->height) return 0;
@@ -129,7 +129,7 @@ void pick_at(View *v, int x, int y)
   rf_vec3 place;
   pick_clear(v);
   Picked *p = &v->picked;
-  const uint32_t object = object_at(v, x, y);
+  const uint32_t object = view_object(v, x, y);
   if (!object || !view_hit(v, x, y, &place, &ray, &hit)) return;
   const rf_surface s = rf_surface_at(view_world(v), &ray, &hit);
   p->object = object;

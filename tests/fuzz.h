@@ -13,7 +13,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static const char *const fuzz_scenes[] = {"obj", "mtl", "gltf", "glb", "ply", "stl", "json", "rfm"};
+static const char *const fuzz_scenes[] = {"obj", "mtl", "gltf", "glb", "ply", "stl", "vox", "json", "rfm"};
 static const char *const fuzz_pictures[] = {"png", "jpg", "hdr", "exr", "webp", "pfm", "ies"};
 
 typedef struct Fuzz {

@@ -229,6 +229,11 @@ static double random_number(const Field *f, bool is_whole)
   return is_whole ? floor(x) : (double)(float)(round(x * 8) / 8 < low ? high : round(x * 8) / 8) + 0.0;
 }
 
+// A MagicaVoxel model of one cell.
+static const uint8_t part_vox[] = {'V', 'O', 'X', ' ', 150, 0, 0, 0, 'M', 'A', 'I', 'N', 0, 0, 0, 0, 44, 0, 0, 0,
+                                   'S', 'I', 'Z', 'E', 12, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0,
+                                   'X', 'Y', 'Z', 'I', 8, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 5};
+
 // A value the table allows, as scene_get() would write it.
 static void random_value(const Field *f, char out[300])
 {
@@ -250,7 +255,7 @@ static void random_value(const Field *f, char out[300])
     return;
   case FIELD_matrix: strcpy(out, "[2,0,0,0,0,3,0,0,0,0.5,1,0,7,8,9,1]"); return;
   case FIELD_text: strcpy(out, "\"a \\\"text\\\"\""); return;
-  case FIELD_file: strcpy(out, "\"part.json\""); return;
+  case FIELD_file: strcpy(out, strstr(f->sentence, "(.vox)") ? "\"part.vox\"" : "\"part.json\""); return;
   case FIELD_sky:
   case FIELD_cell:
   case FIELD_gate:
@@ -300,6 +305,7 @@ TEST(every_field_of_every_kind_is_set_and_got_back)
   Scene *s = load_sample();
   int fields = 0;
   sample_write("part.json", part_scene, strlen(part_scene));
+  sample_write("part.vox", part_vox, sizeof part_vox);
   for (int i = 0; i < SECTION_COUNT; i++) {
     const Group *g = scene_sections[i].group, *inner = g->nested ? g->nested : g;
     char path[100], whole[200];

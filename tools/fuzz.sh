@@ -6,7 +6,7 @@ set -u
 cd "$(dirname "$0")/.." || exit 1
 seconds=${1:-60}
 [ $# -gt 0 ] && shift
-[ $# -gt 0 ] || set -- obj mtl gltf glb ply stl json rfm png jpg hdr exr webp pfm ies
+[ $# -gt 0 ] || set -- obj mtl gltf glb ply stl vox json rfm png jpg hdr exr webp pfm ies
 
 cmake -S . -B build-fuzz -G Ninja -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g" \
   -DRAYFOLD_SANITIZE=fuzzer-no-link,address,undefined -DRAYFOLD_TESTS=OFF -DRAYFOLD_FUZZ=ON >/dev/null &&

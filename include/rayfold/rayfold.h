@@ -159,6 +159,10 @@ RF_API bool rf_move_vertices(rf_scene *s, rf_object o, const float *positions, c
 RF_API bool rf_remove(rf_scene *s, rf_object o);
 
 // --- world: the prepared scene ----------------------------------------------------------------------
+// A scene of one object: voxels of all surfaces of this one, `side` of them along its longest side, with the colours of
+// its materials and textures. is_solid fills the inside of what is closed. Camera, sky and lights are left out.
+RF_API rf_scene *rf_voxelise(rf_scene *s, int side, bool is_solid);
+
 // Shares with previous (may be NULL) whatever did not change. The field "render.tree" chooses between trees that are
 // built fast and trees that are traced fast: rf_set(s, "render.tree", "\"best\""). Both worlds stay valid on their own; the scene may be
 // edited or destroyed afterwards. Fails with RF_CANCELLED after rf_cancel().
@@ -212,6 +216,19 @@ RF_API void rf_intersect_n(const rf_world *w, const rf_ray *rays, rf_hit *hits, 
 RF_API void rf_occluded_n(const rf_world *w, const rf_ray *rays, uint8_t *blocked, size_t count);
 // The place a ray hit: hit must be an answer of this world to this ray, and not "nothing".
 RF_API rf_surface rf_surface_at(const rf_world *w, const rf_ray *ray, const rf_hit *hit);
+
+typedef struct rf_voxel {
+  int32_t cell[3];   // the cell whose face was hit, counted from the grid's first corner
+  int32_t beside[3]; // the one in front of that face; may lie outside the grid
+  int32_t face;      // 0 to 5: -x +x -y +y -z +z of the grid
+  int32_t size[3];   // of the grid
+  uint32_t entry;    // of its palette, from 1
+  float color[3];    // linear
+  const char *name;  // of the entry; lives as long as the world; NULL: none
+} rf_voxel;
+
+// The voxel that was hit, for edits ("objects.NAME.shape.stroke", docs/voxels.md); false: something else was.
+RF_API bool rf_voxel_at(const rf_world *w, const rf_ray *ray, const rf_hit *hit, rf_voxel *out);
 
 // --- through gates: looking and walking ---------------------------------------------------------------
 // In worlds of cells and gates the calls above see the unnamed cell alone, and gates as surfaces. These go through gates, by

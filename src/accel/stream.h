@@ -13,6 +13,7 @@
 #include "accel/batch_rays.h"
 #include "accel/compact.h"
 #include "accel/rayset.h"
+#include "geom/voxel_beam.h"
 
 typedef struct Stream {
   const Batch *batch;
@@ -375,6 +376,47 @@ static inline void stream_mesh(Stream *s, const Visit *v, RaySet *rays, uint64_t
   }
 }
 
+// Rays that go alike skip together what is empty before them.
+static inline void stream_voxels(Stream *s, RaySet *world, const Visit *v, uint64_t set)
+{
+  enum { BEAM_LEAST = 8 }; // rays
+  const Instance *in = v->instance;
+  TreeRay placed[SET_SIZE];
+  VoxelBeam beam = {0};
+  int32_t plane = 0;
+  s->prims += (uint64_t)__builtin_popcountll(set);
+  uint64_t ready = 0;
+  for (uint64_t left = set; left; left &= left - 1) {
+    const int i = __builtin_ctzll(left);
+    const PackedRay *r = &s->batch->rays[s->first + (size_t)i];
+    const Vec3 o = v3_load(r->o), d = v3_load(r->d);
+    if (in->is_identity ? !tree_ray_place(&placed[i], o, d, world->tmin[i])
+                        : !tree_ray_place(&placed[i], frame_point(&in->object_from_world, o), frame_vector(&in->object_from_world, d),
+                                          world->tmin[i]))
+      continue;
+    if (!ready) beam = voxel_beam_begin(&placed[i]);
+    voxel_beam_add(&beam, &placed[i]);
+    ready |= left & -left;
+  }
+  const bool is_beam = beam.is_one && __builtin_popcountll(ready) >= BEAM_LEAST;
+  if (is_beam) { // one visit for all
+    s->visits++;
+    s->nodes += (uint64_t)__builtin_popcountll(ready);
+    if (!voxel_beam_start(in->voxels->grid, &beam, &plane)) return;
+  }
+  for (uint64_t left = ready; left; left &= left - 1) {
+    const int i = __builtin_ctzll(left);
+    RayCounters unused = {0};
+    Ray ray;
+    Query q = stream_query(s, i, &unused, &ray);
+    Visit own = *v;
+    own.ray = &placed[i];
+    own.near = s->near[i];
+    const float from = is_beam ? ((float)plane - placed[i].o[beam.axis]) * (1 / placed[i].d[beam.axis]) : 0;
+    if (is_beam ? voxels_closest_from(&q, &own, from) : voxels_closest(&q, &own)) stream_take(s, i, &q.best);
+  }
+}
+
 static inline void stream_shape(Stream *s, RaySet *world, const Visit *v, uint64_t set)
 {
   const Instance *in = v->instance;
@@ -435,7 +477,8 @@ static inline void stream_instance(Stream *s, uint32_t instance_i, RaySet *world
   if (!(i->mask & s->batch->mask)) return;
   if (i->kind != INSTANCE_MESH) {
     set = stream_enter(s, world, a->boxes[instance_i], set);
-    stream_shape(s, world, &v, set);
+    if (i->kind == INSTANCE_VOXELS) stream_voxels(s, world, &v, set);
+    else stream_shape(s, world, &v, set);
     return;
   }
   if (!i->is_identity) { // a mesh in place has no box nearer than its triangles' own

@@ -7,9 +7,11 @@
 #include "scene/export_mesh.h"
 #include "scene/kinds.h"
 #include "scene/rig.h"
+#include "scene/vox.h"
 #include "scene/track.h"
 #include "world/merge.h"
 #include "world/model_save.h"
+#include "world/voxelise.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -116,6 +118,53 @@ static bool save_merged(rf_scene *s, const char *path, bool (*export)(const Mesh
   return ok;
 }
 
+static bool save_voxels(rf_scene *s, const char *path, Err *err)
+{
+  uint32_t reduced = 0;
+  Voxels *v = scene_merge_voxels(s->scene, err);
+  if (!v && !err->kind)
+    return err_set(err, ERR_BAD_SCENE, "\"%s\": the scene is not all voxels on one lattice; make voxels of it first (rf_voxelise, "
+                   "`rayfold convert --voxels N`)", path);
+  const bool ok = v && vox_write(v, path, &reduced, err);
+  voxels_release(v);
+  if (ok && reduced)
+    note_once(&s->scene->notes, "%s: %u kinds of voxels became the nearest of 255, which is all a .vox file holds", path, reduced);
+  return ok;
+}
+
+// One object of voxels, where the surfaces of the world were.
+static Scene *voxel_scene(const World *w, int side, bool is_solid, Err *err)
+{
+  float cell, corner[3];
+  Scene *made = scene_create(err);
+  SceneVoxels v = {.data = made ? world_voxelise(w, side, is_solid, &cell, corner, err) : NULL};
+  const int32_t voxels_i = v.data ? scene_add_voxels(made, &v) : -1;
+  const int32_t object = voxels_i >= 0 ? scene_add_object(made, SHAPE_VOXELS, "voxels") : -1;
+  if (object < 0) {
+    if (v.data) err_memory(err, "voxels", 0);
+    scene_destroy(made);
+    return NULL;
+  }
+  Object *o = &made->objects.items[object];
+  o->shape.voxels_i = voxels_i;
+  o->shape.voxels.voxel_size = cell;
+  memcpy(o->common.translate, corner, sizeof corner);
+  made->is_model = true;
+  return made;
+}
+
+rf_scene *rf_voxelise(rf_scene *s, int side, bool is_solid)
+{
+  if (!s) return api_bad_argument("rf_voxelise", "the scene is NULL"), NULL;
+  if (side < 1 || side > VOXELS_MOST_SIDE) return api_bad_argument("rf_voxelise", "%d cells a side; there are 1 to %d", side, VOXELS_MOST_SIDE), NULL;
+  Err err = {0};
+  World *w = world_prepare(s->scene, NULL, &s->options, s->engine->jobs, &s->engine->cancel, &err);
+  Scene *made = w ? voxel_scene(w, side, is_solid, &err) : NULL;
+  world_release(w);
+  api_fail(&err);
+  return made ? wrap(s->engine, made, NULL) : NULL;
+}
+
 bool rf_scene_save(rf_scene *s, const char *path)
 {
   if (!s || !path) return api_bad_argument("rf_scene_save", "scene and path must not be NULL");
@@ -125,8 +174,9 @@ bool rf_scene_save(rf_scene *s, const char *path)
   else if (text_ends(path, ".ply")) save_merged(s, path, export_ply, &err);
   else if (text_ends(path, ".obj")) save_merged(s, path, export_obj, &err);
   else if (text_ends(path, ".stl")) save_merged(s, path, export_stl, &err);
+  else if (text_ends(path, ".vox")) save_voxels(s, path, &err);
   else
-    err_set(&err, ERR_BAD_ARGUMENT, "\"%s\": a scene can be saved as .json or .rfm, and its triangles as .ply, .obj or .stl",
+    err_set(&err, ERR_BAD_ARGUMENT, "\"%s\": a scene can be saved as .json or .rfm, its triangles as .ply, .obj or .stl, and its voxels as .vox",
             path);
   return api_fail(&err);
 }

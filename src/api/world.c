@@ -160,6 +160,49 @@ rf_surface rf_surface_at(const rf_world *w, const rf_ray *ray, const rf_hit *hit
                       .material_name = world->material_names[material]};
 }
 
+typedef struct NearestCrossing {
+  float t;
+  uint32_t prim;
+  const Voxels *grid;
+  VoxelCrossing found;
+  float off;
+} NearestCrossing;
+
+// The crossing that the hit was: of the same face and entry, nearest to its t, which was held to the instance's box.
+static bool see_crossing(void *user, const VoxelCrossing *c)
+{
+  NearestCrossing *n = user;
+  const float off = fabsf(c->t - n->t);
+  if (voxel_prim(n->grid, c) == n->prim && off < n->off) {
+    n->off = off;
+    n->found = *c;
+  }
+  return c->t > n->t && c->t - n->t > n->off;
+}
+
+bool rf_voxel_at(const rf_world *w, const rf_ray *ray, const rf_hit *hit, rf_voxel *out)
+{
+  if (!hit->object.id || hit->instance >= w->world->instance_count) return false;
+  const Instance *i = &accel_instances(w->world->accel)[hit->instance];
+  if (i->kind != INSTANCE_VOXELS) return false;
+  const Vec3 o = frame_point(&i->object_from_world, from_public(ray->origin)) + v3_all(0);
+  const Vec3 d = frame_vector(&i->object_from_world, from_public(ray->direction));
+  const float from[3] = {o[0], o[1], o[2]}, way[3] = {d[0], d[1], d[2]};
+  const Voxels *v = i->voxels->grid;
+  NearestCrossing n = {.t = hit->t, .prim = hit->part, .grid = v, .off = INFINITY};
+  (void)voxel_walk(i->voxels, from, way, fmaxf(ray->tmin, 0), FLT_MAX, see_crossing, &n);
+  if (!(n.off < INFINITY)) return false;
+  const uint32_t entry = hit->part >> 3;
+  *out = (rf_voxel){.face = (int32_t)n.found.face, .entry = entry, .name = v->palette->entries[entry].name};
+  for (int k = 0; k < 3; k++) {
+    out->cell[k] = out->beside[k] = n.found.cell[k];
+    out->size[k] = v->size[k];
+    out->color[k] = v->palette->entries[entry].color[k];
+  }
+  out->beside[n.found.face >> 1] += n.found.face & 1 ? 1 : -1;
+  return true;
+}
+
 // --- cameras --------------------------------------------------------------------------------------
 const Camera *api_find_camera(const Scene *s, const char *name, Err *err)
 {

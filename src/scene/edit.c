@@ -4,10 +4,12 @@
 #include "scene/edit.h"
 
 #include "base/mem.h"
+#include "image/voxels.h"
 #include "scene/element.h"
 #include "scene/mix_check.h"
 #include "scene/target.h"
 #include "scene/track.h"
+#include "scene/voxels_json.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -120,6 +122,28 @@ static bool set_kind(const Edit *e)
   return true;
 }
 
+// Another file: its cells are loaded later. Without one the cells stay, but must now be written out.
+static bool another_voxels(const Edit *e, Shape *shape)
+{
+  if (shape->voxels.file || shape->voxels_i < 0) return shape->voxels_i = -1, true;
+  SceneVoxels v = e->scene->voxels.items[shape->voxels_i];
+  v.is_program = false;
+  (void)voxels_share(v.data);
+  shape->voxels_i = scene_add_voxels(e->scene, &v);
+  return shape->voxels_i >= 0 || err_memory(e->err, e->path, 0);
+}
+
+static bool set_stroke(const Edit *e)
+{
+  const ElementReader r = reader(e);
+  Shape *shape = target_group(&e->target, e->element);
+  Err wrong = {0};
+  if (shape->voxels_i < 0) return fail(e, "there are no voxels to edit yet; give the shape a file, or a size");
+  ElementReader quiet = r;
+  quiet.err = &wrong;
+  return voxels_json_strokes(&quiet, shape, &shape->voxels_i) || err_set(e->err, wrong.kind, "%.200s: %s", e->path, wrong.text);
+}
+
 static bool set_field(const Edit *e)
 {
   const Field *f = &e->target.field;
@@ -135,6 +159,7 @@ static bool set_field(const Edit *e)
   }
   if (e->target.group == &group_shape && f->type == FIELD_file) { // another model
     Shape *shape = target_group(&e->target, e->element);
+    if (shape->kind == SHAPE_VOXELS) return another_voxels(e, shape);
     shape->model_i = -1;
     if (shape->mesh.file) shape->mesh_i = -1;
   }
@@ -206,6 +231,7 @@ static bool make(Edit *e)
   case TARGET_KIND: ok = set_kind(e); break;
   case TARGET_NAME: ok = set_name(e); break;
   case TARGET_FIELD: ok = set_field(e); break;
+  case TARGET_STROKE: ok = set_stroke(e); break;
   }
   if (!ok) return false;
   return e->action == ACTION_REMOVE ? check_removal(e) : check_group(e, t->section->group, e->element);
@@ -302,6 +328,7 @@ static void get_target(const Scene *s, const Target *t, Text *out)
       text_add(out, "null");
     return;
   case TARGET_FIELD: value_write(s, &t->field, target_field(t, element), out, NULL); return;
+  case TARGET_STROKE: text_add(out, "null"); return; // what was done is not there any more
   }
 }
 
@@ -427,6 +454,27 @@ static bool make_room(History *h)
   return true;
 }
 
+// Grids that no object shows and no undo or redo would bring back are let go: a drag of the mouse makes hundreds.
+static void forget_voxels(const History *h, Scene *s)
+{
+  bool *is_used = s->voxels.count ? mem_zero(s->voxels.count, sizeof *is_used) : NULL;
+  if (!is_used) return;
+  for (size_t i = 0; i < s->objects.count; i++)
+    if (s->objects.items[i].shape.voxels_i >= 0) is_used[s->objects.items[i].shape.voxels_i] = true;
+  for (size_t i = 0; i < h->changes.count; i++) {
+    const Change *c = &h->changes.items[i];
+    const Object *states[2] = {c->before.bytes, c->after.bytes};
+    for (int k = 0; c->section->group == &group_object && k < 2; k++)
+      if (states[k] && states[k]->shape.voxels_i >= 0) is_used[states[k]->shape.voxels_i] = true;
+  }
+  for (size_t i = 0; i < s->voxels.count; i++) {
+    if (is_used[i]) continue;
+    voxels_release(s->voxels.items[i].data);
+    s->voxels.items[i].data = NULL;
+  }
+  mem_free(is_used);
+}
+
 bool history_set(History *h, Scene *s, const char *path, const char *json, Err *err)
 {
   Edit e = {.scene = s, .path = path, .err = err};
@@ -445,6 +493,7 @@ bool history_set(History *h, Scene *s, const char *path, const char *json, Err *
   else
     change_finish(&c);
   if (ok) h->done = h->changes.count;
+  if (ok && e.target.part == TARGET_STROKE) forget_voxels(h, s);
   finish(&e);
   return ok;
 }

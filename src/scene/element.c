@@ -259,14 +259,17 @@ bool element_load_model(Scene *s, const Group *g, void *element, const LoadOptio
 {
   if (g != &group_shape) return true;
   Shape *shape = element;
-  if (shape->kind != SHAPE_MESH || !shape->mesh.file || shape->model_i >= 0) return true;
+  const bool is_voxels = shape->kind == SHAPE_VOXELS && shape->voxels.file && shape->voxels_i < 0;
+  if (!is_voxels && (shape->kind != SHAPE_MESH || !shape->mesh.file || shape->model_i >= 0)) return true;
   Text path = {0}, folder = {0};
   // An edit begins a chain of its own, so that a scene cannot be put into itself.
   LoadOptions inner = {
       .allow_outside = s->allow_outside, .root = s->root, .depth = s->path != NULL, .open_files = &s->path};
   if (options) inner = *options;
-  bool ok = scene_file_path(s, shape->mesh.file, &inner, &path, err);
-  if (ok) {
+  bool ok = scene_file_path(s, is_voxels ? shape->voxels.file : shape->mesh.file, &inner, &path, err);
+  if (ok && is_voxels) {
+    ok = scene_load_voxels(s, text_get(&path), &shape->voxels_i, err);
+  } else if (ok) {
     if (!inner.root) {
       path_folder(&folder, s->path ? s->path : "");
       inner.root = text_get(&folder);

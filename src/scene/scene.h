@@ -932,6 +932,11 @@ int32_t scene_find_material(const Scene *s, const char *name);
 // The object's map to its parent, from matrix or from scale, rotate, translate.
 Frame object_frame(const ObjectCommon *o);
 
+// A .vox file as one grid, a new element of scene.voxels.
+bool scene_load_voxels(Scene *s, const char *path, int32_t *voxels_i, Err *err);
+// All objects of a scene in one grid, if all are voxels of one size on one lattice. NULL: they are not (err stays as it
+// is), or there is no memory for it.
+struct Voxels *scene_merge_voxels(const Scene *s, Err *err);
 // Where a grid's first corner lies in the object's space; v may be NULL.
 Vec3 voxels_origin(const ShapeVoxels *shape, const struct Voxels *v);
 
@@ -977,6 +982,7 @@ bool import_gltf(Scene *s, const char *path, const LoadOptions *options, Err *er
 bool import_ply(Scene *s, const char *path, const LoadOptions *options, Err *err);
 bool import_stl(Scene *s, const char *path, const LoadOptions *options, Err *err);
 bool import_rfm(Scene *s, const char *path, const LoadOptions *options, Err *err); // our own saved models
+bool import_vox(Scene *s, const char *path, const LoadOptions *options, Err *err);
 bool import_json(Scene *s, const char *path, const LoadOptions *options, Err *err); // our own scene file
 
 #endif

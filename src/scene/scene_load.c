@@ -30,7 +30,7 @@ static const Format formats[] = {
     {".json", "a scene file", import_json, false}, {".obj", "a Wavefront OBJ model", import_obj, true},
     {".gltf", "a glTF model", import_gltf, true},  {".glb", "a binary glTF model", import_gltf, true},
     {".ply", "a PLY model", import_ply, true},     {".stl", "an STL model", import_stl, true},
-    {".rfm", "a saved model", import_rfm, false},
+    {".rfm", "a saved model", import_rfm, false},  {".vox", "a MagicaVoxel model", import_vox, false},
 };
 enum { FORMAT_COUNT = sizeof formats / sizeof *formats };
 
@@ -52,6 +52,7 @@ static const char *guess_extension(const uint8_t *data, size_t size)
   enum { LOOK = 1 << 16 };
   if (size >= 4 && !memcmp(data, "glTF", 4)) return ".glb";
   if (size >= 8 && !memcmp(data, RFM_MAGIC, 8)) return ".rfm";
+  if (size >= 8 && !memcmp(data, "VOX ", 4)) return ".vox";
   if (size >= 4 && (!memcmp(data, "ply\n", 4) || !memcmp(data, "ply\r", 4))) return ".ply";
   if (size > LOOK) size = LOOK;
   size_t i = size >= 3 && !memcmp(data, "\xef\xbb\xbf", 3) ? 3 : 0;

@@ -10,6 +10,7 @@
 #include "base/hash.h"
 #include "base/mem.h"
 #include "base/table.h"
+#include "image/voxels.h"
 #include "scene/export_mesh.h"
 #include "scene/kinds.h"
 #include "scene/mesh_split.h"
@@ -400,6 +401,16 @@ static bool fill_copy(Saver *s)
   return true;
 }
 
+// The copy's texts stay the scene's, which outlives it.
+static bool share_voxels(Saver *s)
+{
+  for (size_t i = 0; i < s->scene->voxels.count; i++) {
+    if (s->scene->voxels.items[i].data) (void)voxels_share(s->scene->voxels.items[i].data);
+    if (scene_add_voxels(s->copy, &s->scene->voxels.items[i]) < 0) return err_memory(s->err, "voxels", 0);
+  }
+  return true;
+}
+
 static bool prepare(Saver *s, const char *path)
 {
   const char *base = path_base(path);
@@ -410,7 +421,7 @@ static bool prepare(Saver *s, const char *path)
     text_add(&s->old_folder, "%s", text_get(&s->folder));
   s->copy = scene_create(s->err);
   s->meshes = mem_zero(s->scene->meshes.count, sizeof *s->meshes);
-  if (!s->copy) return false;
+  if (!s->copy || !share_voxels(s)) return false;
   if ((s->scene->meshes.count && !s->meshes) || s->folder.failed || s->data_name.failed ||
       s->old_folder.failed)
     return err_memory(s->err, path, s->scene->meshes.count * sizeof *s->meshes);

@@ -161,6 +161,8 @@ static bool find_member(const PathReader *r, const Step *step, Target *t, const 
   if (t->group->has_kind && !strcmp(name, "kind")) return t->part = TARGET_KIND, true;
   if (t->section->form != SECTION_ONE && t->group->has_name && !strcmp(name, "name"))
     return t->part = TARGET_NAME, true;
+  if (t->group == &group_shape && ((const Shape *)object)->kind == SHAPE_VOXELS && !strcmp(name, "stroke"))
+    return t->part = TARGET_STROKE, true;
   const Field *f = group_find_field(t->group, object, name, NULL);
   if (!f) return fail_field(r, t->group, object, name);
   t->part = TARGET_FIELD;
@@ -207,6 +209,7 @@ static bool follow(PathReader *r, const Scene *s, Step *step, Target *t)
       break;
     case TARGET_SCENE:
     case TARGET_KIND:
+    case TARGET_STROKE:
     case TARGET_NAME: ok = fail(r, "the path goes on after a plain value"); break;
     }
     if (!ok) return false;

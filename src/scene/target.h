@@ -12,6 +12,7 @@ typedef enum TargetPart {
   TARGET_KIND,
   TARGET_NAME,
   TARGET_FIELD,
+  TARGET_STROKE, // "objects.castle.shape.stroke": no field, but what edits voxels
 } TargetPart;
 
 typedef struct Target {

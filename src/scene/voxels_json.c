@@ -164,25 +164,30 @@ bool voxels_json_read(const ElementReader *r, const Json *dict, ElementPlace pla
   return shape->voxels_i >= 0 || err_memory(r->err, "voxels", 0);
 }
 
-bool voxels_json_step(const ElementReader *r, const Shape *shape, int32_t *voxels_i)
+static bool do_stroke(const ElementReader *r, const Json *json, ElementPlace place, VoxelEdit *e, const VoxelText **steps)
 {
   VoxelStep step = {0};
+  if (!element_read(r, &group_voxel_step, json, place, &step) || !voxel_step_apply(e, &step, r->scene, r->options, r->err))
+    return false;
+  *steps = keep_step(r->scene, json, *steps, r->err);
+  return *steps != NULL;
+}
+
+bool voxels_json_strokes(const ElementReader *r, const Shape *shape, int32_t *voxels_i)
+{
   const Json *root = js_root(r->doc);
-  if (!element_read(r, &group_voxel_step, root, (ElementPlace){0}, &step)) return false;
+  const bool is_list = js_kind(root) == JSON_LIST;
   SceneVoxels next = r->scene->voxels.items[shape->voxels_i];
   VoxelEdit *e = voxel_edit_from(next.data, r->err);
-  if (!e) return false;
-  if (!voxel_step_apply(e, &step, r->scene, r->options, r->err)) {
+  bool ok = e && (is_list || do_stroke(r, root, (ElementPlace){0}, e, &next.steps));
+  for (size_t i = 0; ok && is_list && i < js_count(root); i++)
+    ok = do_stroke(r, js_at(root, i), (ElementPlace){root, NULL, i}, e, &next.steps);
+  if (!ok) {
     voxel_edit_destroy(e);
     return false;
   }
   next.data = voxel_edit_end(e, r->err);
   if (!next.data) return false;
-  next.steps = keep_step(r->scene, root, next.steps, r->err);
-  if (!next.steps) {
-    voxels_release(next.data);
-    return false;
-  }
   *voxels_i = scene_add_voxels(r->scene, &next);
   return *voxels_i >= 0 || err_memory(r->err, "voxels", 0);
 }

@@ -22,8 +22,8 @@ bool voxels_json_read(const ElementReader *r, const Json *dict, ElementPlace pla
 // Appends them as members, a comma before each.
 void voxels_json_write(const Scene *s, const Shape *shape, Text *out);
 
-// The shape's voxels after one more step, given as JSON (a document of its own), as a new element of scene.voxels, whose
-// index is *voxels_i. options may be NULL.
-bool voxels_json_step(const ElementReader *r, const Shape *shape, int32_t *voxels_i);
+// The shape's voxels after one more step or a list of them, a document of its own, as a new element of scene.voxels, whose
+// index is *voxels_i.
+bool voxels_json_strokes(const ElementReader *r, const Shape *shape, int32_t *voxels_i);
 
 #endif
