@@ -28,6 +28,8 @@ static const Option view_options[] = {
      .sentence = "Milliseconds a frame may take while something moves; the resolution follows from it."},
     {.name = "step", .kind = OPTION_INTEGER, .argument = "N", .initial = "by --frame-time; 4 with --script", .low = 1, .high = 8,
      .sentence = "Width of a rendered pixel while something moves: 1, 2, 4 or 8."},
+    {.name = "blocks", .kind = OPTION_CHOICE, .argument = "N", .initial = "8", .choices = "0|4|8|16",
+     .sentence = "Side of the blocks of which whitted fills in the middle while something moves; 0: none. B shows them."},
     {.name = "no-denoise", .kind = OPTION_FLAG, .sentence = "Show the samples as they are; N switches it in the window."},
     {.name = "no-hud", .kind = OPTION_FLAG, .sentence = "Begin without figures; Tab brings them back."},
     {.name = "font", .kind = OPTION_FILE, .argument = "FILE", .initial = "DejaVu Sans or the like",
@@ -241,6 +243,7 @@ static void begin(View *v)
   v->wanted = rf_default_live_view();
   v->wanted.frame_seconds = args_real(v->args, "frame-time", 16) * 1e-3;
   v->wanted.step = (int)(step == 3 ? 4 : step > 4 ? 8 : step);
+  v->wanted.blocks = args_has(v->args, "blocks") ? atoi(args_text(v->args, "blocks")) : 8;
   v->wanted.denoise = !args_has(v->args, "no-denoise");
   v->shows_hud = !args_has(v->args, "no-hud");
   v->picked.dragged = -1;

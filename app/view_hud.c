@@ -155,6 +155,8 @@ static void draw_figures(Canvas *c, const View *v)
   figure(c, v, left, &y, "samples", text);
   snprintf(text, sizeof text, "%d × %d  (1:%d)", f->render_width, f->render_height,
            (f->width + f->render_width - 1) / f->render_width);
+  if (f->traced < 1)
+    snprintf(text, sizeof text, "%d × %d  %.0f %% traced", f->render_width, f->render_height, 100 * f->traced);
   figure(c, v, left, &y, "pixels", text);
   const double rays = is_timed && f->render_seconds > 0 ? (double)f->rays / f->render_seconds * 1e-6 : 0;
   snprintf(text, sizeof text, is_timed ? "%.1f million/s" : "–", rays);

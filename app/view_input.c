@@ -63,6 +63,24 @@ static void toggle_trail(View *v, const Event *e)
   note_say(v, false, v->wanted.reproject ? "frames help the next" : "every frame on its own");
 }
 
+// Their view; with shift their size.
+static void toggle_blocks(View *v, const Event *e)
+{
+  const int size = v->wanted.blocks;
+  if (e->mods & MOD_SHIFT)
+    v->wanted.blocks = size == 16 ? 0 : size ? 2 * size : 4;
+  else
+    v->wanted.show_blocks = !v->wanted.show_blocks;
+  v->is_asked = true;
+  if (strcmp(v->wanted.render.integrator, "whitted"))
+    note_say(v, false, "blocks are for the integrator whitted (V)");
+  else if (!v->wanted.blocks)
+    note_say(v, false, "every pixel is traced");
+  else
+    note_say(v, false, v->wanted.show_blocks ? "blocks of %d: red of one colour, blue filled, others traced" : "blocks of %d while it moves",
+             v->wanted.blocks);
+}
+
 static void change_exposure(View *v, const Event *e)
 {
   char json[40];
@@ -288,6 +306,7 @@ static const Action actions[] = {
     {KEY_F1 + 4, 0, "F5 ... F10", "path normal depth albedo id cost", show_view},
     {'n', 0, "N", "denoiser on and off", toggle_denoise},
     {'t', 0, "T", "frames help the next, on and off", toggle_trail},
+    {'b', 0, "B", "whitted: blocks shown; shift: their size", toggle_blocks},
     {KEY_TAB, 0, "Tab", "figures on and off", toggle_hud},
     {KEY_F1 + 10, 0, "F11", "full screen", full_screen},
     {KEY_F1 + 11, 0, "F12", "screenshot in full quality", screenshot},

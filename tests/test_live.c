@@ -266,6 +266,49 @@ static const char *value_of(Room *r, const char *path, char out[200])
   return out;
 }
 
+static double psnr(const uint32_t *a, const uint32_t *b, size_t pixels)
+{
+  double sum = 0;
+  for (size_t i = 0; i < pixels; i++)
+    for (int c = 0; c < 24; c += 8) sum += pow((double)(a[i] >> c & 0xff) - (double)(b[i] >> c & 0xff), 2);
+  return 10 * log10(255.0 * 255 * 3 * (double)pixels / fmax(sum, 1e-9));
+}
+
+// Frames of whitted that move go past the film: the whole one is the finished picture, one by blocks is near it and knows
+// the same objects; their view is all there is to see, and stays.
+TEST(whitted_frames_by_blocks)
+{
+  Room r = room_of("scenes/intro1.json", true, 1);
+  r.view.width = 320;
+  r.view.height = 240;
+  r.view.step = 1;
+  static uint32_t whole[320 * 240], objects[320 * 240];
+  for (int k = 0; k < 2; k++) {
+    r.view.blocks = k ? 8 : 0;
+    CHECK(rf_live_show(r.live, &r.view) && rf_live_step(r.live) && rf_live_take(r.live, &r.frame));
+    CHECK(r.frame.is_moving && !r.frame.is_finished && r.frame.render_width == 320 && (r.frame.traced < 0.7) == k);
+    if (!k) memcpy(whole, r.frame.pixels, sizeof whole);
+    if (!k) memcpy(objects, r.frame.objects, sizeof objects);
+    const double db = psnr(whole, r.frame.pixels, 320 * 240);
+    size_t other = 0;
+    for (size_t i = 0; i < 320 * 240; i++) other += r.frame.objects[i] != objects[i];
+    CHECK_MSG(db > 50 && other < 320 * 240 / 200, "%d: %g dB, %zu objects differ", k, db, other);
+    while (rf_live_step(r.live)) rf_live_take(r.live, &r.frame);
+    CHECK(r.frame.is_finished && equals_offline(&r));
+    if (!k) CHECK_MSG(psnr(whole, r.frame.pixels, 320 * 240) > 70, "%g dB", psnr(whole, r.frame.pixels, 320 * 240));
+  }
+  r.view.show_blocks = true;
+  CHECK(rf_live_show(r.live, &r.view) && rf_live_step(r.live) && rf_live_take(r.live, &r.frame));
+  size_t red = 0, blue = 0;
+  for (size_t i = 0; i < 320 * 240; i++) {
+    const uint32_t p = r.frame.pixels[i];
+    red += (p >> 16 & 0xff) > 3 * (p & 0xff);
+    blue += (p & 0xff) > 3 * (p >> 16 & 0xff);
+  }
+  CHECK_MSG(r.frame.is_finished && red > 1000 && blue > 1000 && !rf_live_step(r.live), "%zu red, %zu blue", red, blue);
+  room_finish(&r);
+}
+
 TEST(edits_come_in_order_and_a_drag_is_one_step)
 {
   Room r = room_of("scenes/cornell.json", false, 4);

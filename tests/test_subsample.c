@@ -164,7 +164,7 @@ static void ramp_trace(void *user, const SubsamplePixel *pixels, size_t count, S
 {
   (void)user, (void)worker;
   for (size_t i = 0; i < count; i++)
-    out[i] = (SubsampleResult){{0.004f * pixels[i].x, 0.5f, 0.003f * pixels[i].y + 0.1f}, 7, 0};
+    out[i] = (SubsampleResult){{0.0038f * pixels[i].x, 0.5f, 0.003f * pixels[i].y + 0.1f}, 7, 0};
 }
 
 // A spot of a pixel, in colour or (of another signature) in name only, at (show->time, 20).

@@ -241,6 +241,7 @@ static void run(const Options *o, const char *path)
   printf("frames,%s,%dx%d,%d,%s,%.2f,%.2f,%.2f,%.2f,%.1f,%.1f,%.1f,%.2f\n", path, o->width, o->height, o->threads,
          rf_engine_isa(b.engine), s.wall[0] * per, s.wall[1] * per, s.user[0] * per, s.user[1] * per, 100 * s.traced / s.frames,
          s.db / s.frames, s.worst, s.pairs ? 1e6 * (double)s.flickering / (double)s.pairs / (double)pixels : 0);
+  fflush(stdout);
   if (o->blocks) save_blocks(&b, o->blocks);
   free(error);
   free(whole);

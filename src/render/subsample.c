@@ -54,7 +54,7 @@ struct Subsampler {
 SubsampleSettings subsample_defaults(void)
 {
   return (SubsampleSettings){
-      .block = 8, .most_contrast = 10 / 255.0f, .most_error = 6 / 255.0f, .has_probe = true, .has_round = true};
+      .block = 8, .most_contrast = 8 / 255.0f, .most_error = 5 / 255.0f, .has_probe = true, .has_round = true};
 }
 
 // --- memory ---------------------------------------------------------------------------------------

@@ -53,7 +53,7 @@ typedef struct SubsampleStats {
 
 typedef struct Subsampler Subsampler;
 
-// 8, 10/255, 6/255, and all cures on.
+// 8, 8/255, 5/255, and all cures on.
 SubsampleSettings subsample_defaults(void);
 
 Subsampler *subsampler_create(int width, int height, Err *err); // 1..65535 a side; NULL when memory is out
