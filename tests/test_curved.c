@@ -94,6 +94,20 @@ TEST(light_is_the_same_everywhere)
   check_furnace(FURNACE("\"space\": \"hantzsche_wendt\", \"size\": [5, 5, 5]", LAMP), "hantzsche_wendt");
 }
 
+// A ball in an open room of even light, whose inside is another space: nothing shows where it is.
+TEST(doors_let_light_through)
+{
+  check_furnace("{ \"rayfold\": 1, \"render\": { \"size\": [12, 9], \"spp\": 24, \"max_depth\": 64, \"roulette_depth\": 64,"
+                "\"crossings\": 256, \"fade_color\": [1, 1, 1] }, \"sky\": { \"kind\": \"constant\", \"color\": [1, 1, 1] },"
+                "\"camera\": { \"position\": [0.3, 0.2, 2.5], \"target\": [0, 0, 0], \"fov\": 60 },"
+                "\"materials\": { \"f\": { \"kind\": \"pbr\", \"base_color\": 0.5, \"specular\": 0, \"roughness\": 1, \"emissive\": 0.5 } },"
+                "\"cells\": { \"c\": { \"kind\": \"spherical\", \"space\": \"quaternionic\", \"radius\": 5, \"beams\": 0.3, \"beam_material\": \"f\" } },"
+                "\"gates\": { \"a\": { \"kind\": \"sphere\", \"radius\": 1, \"to\": \"b\" },"
+                "\"b\": { \"kind\": \"sphere\", \"radius\": 1.00679, \"cell\": \"c\", \"translate\": [0.5, 0, 0.3] } },"
+                "\"objects\": [ { \"shape\": { \"kind\": \"box\" }, \"translate\": [-2, -1, -1], \"cell\": \"c\", \"material\": \"f\" },"
+                "{ \"shape\": { \"kind\": \"sphere\", \"radius\": 0.5 }, \"translate\": [1, 1, 0.5], \"material\": \"f\" } ] }", "door");
+}
+
 // --- falloff --------------------------------------------------------------------------------------
 // A small floor below a point lamp at distance t: E = I / S(t)^2, seen from above.
 static double floor_brightness(const char *kind, double rho, double height)
@@ -147,6 +161,10 @@ TEST(what_cannot_be_is_refused)
        "\"shape\": { \"kind\": \"sphere\" } } ] }", "beyond the end of its cell's chart"},
       {"{ \"rayfold\": 1, \"cells\": { \"c\": { " CURVED " } }, \"objects\": [ { \"cell\": \"c\", \"shape\": { \"kind\": \"torus\" } } ] }",
        "make it a mesh"},
+      {"{ \"rayfold\": 1, \"cells\": { \"c\": { " CURVED ", \"beams\": 0.1 } }, \"gates\": { \"a\": { \"kind\": \"rect\", \"to\": \"b\" },"
+       "\"b\": { \"kind\": \"rect\", \"cell\": \"c\" } } }", "which only spheres do"},
+      {"{ \"rayfold\": 1, \"cells\": { \"c\": { " CURVED ", \"beams\": 0.1 } }, \"gates\": { \"a\": { \"kind\": \"sphere\", \"to\": \"b\" },"
+       "\"b\": { \"kind\": \"sphere\", \"cell\": \"c\" } } }", "wide where they meet"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     Err err = {0};

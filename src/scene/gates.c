@@ -190,10 +190,39 @@ static bool link_side(Linker *l, int32_t from, int32_t from_side, int32_t to, in
          (a->common.one_way || (from == to && from_side == to_side) || put_link(l, to, to_side, &back));
 }
 
+// --- doors of curved cells --------------------------------------------------------------------------
+// Two balls with boundaries alike: what goes in at the one comes out of the other. As spheres of space they must have one
+// radius S(r), which is what is seen from outside (worlds.md, section 2.7).
+static double outer_radius(const Scene *s, const Gate *g)
+{
+  const float kappa = g->common.cell < 0 ? 0 : cell_curvature(&s->cells.items[g->common.cell]);
+  const double r = (double)g->sphere.radius, root = sqrt(fabs((double)kappa));
+  return kappa > 0 ? sin(root * r) / root : kappa < 0 ? sinh(root * r) / root : r;
+}
+
+static bool is_curved(const Scene *s, int32_t cell) { return cell >= 0 && cell_curvature(&s->cells.items[cell]) != 0; }
+
+static bool link_door(Linker *l, int32_t to)
+{
+  const Scene *s = l->scene;
+  const Gate *a = &s->gates.items[l->gate_i], *b = &s->gates.items[to];
+  if (a->kind != GATE_SPHERE || b->kind != GATE_SPHERE)
+    return err_set(l->err, ERR_BAD_SCENE, "gate \"%s\" leads into or out of a curved cell, which only spheres do: no plane of curved space "
+                   "is one of flat space", a->kind != GATE_SPHERE ? a->name : b->name);
+  const double ra = outer_radius(s, a), rb = outer_radius(s, b);
+  if (fabs(ra - rb) > 1e-3 * ra)
+    return err_set(l->err, ERR_BAD_SCENE, "gates \"%s\" and \"%s\" are %g m and %g m wide where they meet; a sphere of radius r has 2 r in flat "
+                   "space, 2 R sin(r / R) in spherical and 2 R sinh(r / R) in hyperbolic space", a->name, b->name, 2 * ra, 2 * rb);
+  const GateLink there = {true, b->common.cell, to, FRONT, frame_identity()};
+  const GateLink back = {true, a->common.cell, l->gate_i, FRONT, frame_identity()};
+  return put_link(l, l->gate_i, FRONT, &there) && (a->common.one_way || put_link(l, to, FRONT, &back));
+}
+
 static bool link_pair(Linker *l, int32_t to, bool has_front, bool has_back)
 {
   const Gate *g = &l->scene->gates.items[l->gate_i];
   const bool turns = gate_is_flat(g) && g->common.out == GATE_OUT_FRONT;
+  if (is_curved(l->scene, g->common.cell) || is_curved(l->scene, l->scene->gates.items[to].common.cell)) return link_door(l, to);
   return (!has_front || link_side(l, l->gate_i, FRONT, to, turns ? FRONT : BACK)) &&
          (!has_back || link_side(l, l->gate_i, BACK, to, turns ? BACK : FRONT));
 }
@@ -212,6 +241,8 @@ static bool link_place(Linker *l)
   const Scene *s = l->scene;
   const Gate *g = &s->gates.items[l->gate_i];
   const GateCommon *c = &g->common;
+  if (is_curved(s, c->cell) || is_curved(s, c->to_cell))
+    return err_set(l->err, ERR_BAD_SCENE, "gate \"%s\" leads into or out of a curved cell and needs a partner there, a sphere named in \"to\"", g->name);
   const Frame from = gate_frame(g), to = pose(c->to_translate, c->to_rotate);
   GateLink link = {true, c->to_cell >= 0 ? c->to_cell : c->cell, -1, BACK,
                    map_of_pair(&from, &to, c->to_scale, c->mirror, false)};

@@ -21,8 +21,13 @@ typedef enum Aperture { APERTURE_RECT, APERTURE_POLYGON, APERTURE_BOX, APERTURE_
 
 // A gate of a curved cell maps by what is no Frame.
 typedef struct GateCurve {
-  float kappa; // of the cells on both sides, per square metre
-  Mat4_f map;  // in units of the radius of curvature
+  float kappa, kappa_to; // of the cells on both sides, per square metre
+  Mat4_f map;            // in units of the radius of curvature
+  // Of a door, a ball whose outside goes on outside of another: map goes into the chart around its own middle, map_to out
+  // of that of the other, where its boundary is at radius_to.
+  bool is_door;
+  float radius_to;
+  Mat4_f map_to;
 } GateCurve;
 
 // Where one side leads.

@@ -70,14 +70,26 @@ static inline SpaceExit space_exit(const Space *s, const Way *w, const Ray *ray)
   return e;
 }
 
+// The same place on the boundary and the same angle to it; what went in goes out. Turned over front to back, or left would
+// be right beyond: the outsides of two balls are mirror images. p and v are in the charts around the balls' middles.
+static inline void way_door(const GateCurve *c, Vec3 *p, Vec3 *v)
+{
+  const Vec3 n = v3_normalize(*p);
+  const Vec3 out = *v - 2 * v3_dot(*v, n) * n;
+  *p = c->radius_to * v3(n[0], n[1], -n[2]);
+  *v = v3(out[0], out[1], -out[2]);
+  chart_map(c->kappa_to, &c->map_to, p, v);
+}
+
 // Through a gate of a curved cell, the ray begins anew at the gate: a line of one chart may have no origin in the next.
 static inline void way_curve(const GateCurve *c, Way *w, float t, Ray *ray)
 {
   Vec3 p = ray->o + t * ray->d, v = v3_normalize(chart_to_local(c->kappa, p, ray->d));
   w->passed += chart_length(c->kappa, chart_span(c->kappa, ray->o, ray->d, t));
   chart_map(c->kappa, &c->map, &p, &v);
+  if (c->is_door) way_door(c, &p, &v);
   ray->o = p;
-  ray->d = v3_normalize(chart_from_local(c->kappa, p, v));
+  ray->d = v3_normalize(chart_from_local(c->kappa_to, p, v));
   ray->tmin = 0;
 }
 

@@ -47,7 +47,7 @@ static bool fill_face(Prepare *p, const Cell *c, uint32_t cell, const FormFace *
   } else {
     GateCurve *curve = arena_alloc(&p->world->arena, 1, sizeof *curve);
     if (!curve) return prepare_failed_memory(p);
-    curve->kappa = cell_curvature(c);
+    *curve = (GateCurve){.kappa = cell_curvature(c), .kappa_to = cell_curvature(c)};
     for (int i = 0; i < 4; i++)
       for (int k = 0; k < 4; k++) curve->map.m[i][k] = (float)m[i][k];
     side.curve = curve;

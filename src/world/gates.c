@@ -8,6 +8,57 @@
 
 enum { MOST_GATES = 16384, MOST_CELLS = 65534 }; // a word of Way has 16 bits a crossing
 
+// --- doors of curved cells ------------------------------------------------------------------------
+static float curvature_at(const Prepare *p, const Gate *g)
+{
+  return g->common.cell < 0 ? 0 : cell_curvature(&p->scene->cells.items[g->common.cell]);
+}
+
+static bool place_door(Prepare *p, const Gate *g, Bend *out)
+{
+  const Frame f = gate_frame(g);
+  const float kappa = curvature_at(p, g);
+  if (kappa == 0) {
+    *out = (Bend){.rho = 1, .place = {{{f.x[0], f.y[0], f.z[0], f.p[0]}, {f.x[1], f.y[1], f.z[1], f.p[1]}, {f.x[2], f.y[2], f.z[2], f.p[2]}, {0, 0, 0, 1}}}};
+    return true;
+  }
+  return bend_at(kappa, &f, out) || err_set(p->err, ERR_BAD_SCENE, "gate \"%s\" is beyond the end of its cell's chart; move it nearer", g->name);
+}
+
+static Mat4_f floats(const Mat4_d *m)
+{
+  Mat4_f out;
+  for (int i = 0; i < 4; i++)
+    for (int k = 0; k < 4; k++) out.m[i][k] = (float)m->m[i][k];
+  return out;
+}
+
+static bool fill_door(Prepare *p, const Gate *g, const GateLink *link, GateSide *side)
+{
+  if (!link->exists || link->gate < 0) return true;
+  const Gate *other = &p->scene->gates.items[link->gate];
+  const float kappa = curvature_at(p, g), kappa_to = curvature_at(p, other);
+  if (kappa == 0 && kappa_to == 0) return true;
+  GateCurve *curve = arena_alloc(&p->world->arena, 1, sizeof *curve);
+  Bend here, there;
+  if (!curve) return prepare_failed_memory(p);
+  if (!place_door(p, g, &here) || !place_door(p, other, &there)) return false;
+  const Mat4_d back = isometry_inverse(here.kappa, &here.place);
+  *curve = (GateCurve){.kappa = kappa, .kappa_to = kappa_to, .map = floats(&back), .is_door = true,
+                       .radius_to = bend_extent(kappa_to, other->sphere.radius), .map_to = floats(&there.place)};
+  side->curve = curve;
+  side->is_null = side->is_shift = side->is_into = false;
+  return true;
+}
+
+// In the chart a ball is an ellipsoid.
+static bool bend_gate(Prepare *p, const Gate *g, Frame *frame)
+{
+  Bend bend;
+  return place_door(p, g, &bend) && (bend_sphere(&bend, v3_all(0), g->sphere.radius, frame) ||
+                                     err_set(p->err, ERR_BAD_SCENE, "gate \"%s\" reaches beyond the end of its cell's chart", g->name));
+}
+
 // --- apertures ------------------------------------------------------------------------------------
 static const uint32_t *default_material(Prepare *p)
 {
@@ -67,6 +118,10 @@ static bool add_aperture(Prepare *p, const Gate *g, uint32_t gate_i)
   case GATE_SPHERE:
     i.kind = INSTANCE_SPHERE;
     i.size[0] = g->sphere.radius;
+    if (curvature_at(p, g) != 0) {
+      i.size[0] = 1;
+      if (!bend_gate(p, g, &i.world_from_object)) return false;
+    }
     return prepare_add_instance(p, &i, &w, -1);
   case GATE_BOX:
     i.world_from_object.x *= g->box.size[0];
@@ -112,7 +167,16 @@ static bool fill_gate(Prepare *p, const Gate *g, const GateLink links[2], SpaceG
   case GATE_BOX:
     for (int k = 0; k < 3; k++) out->size[k] = g->box.size[k] / 2;
     return true;
-  case GATE_SPHERE: out->size[0] = g->sphere.radius; return true;
+  case GATE_SPHERE: {
+    Frame bent;
+    out->size[0] = g->sphere.radius;
+    if (!fill_door(p, g, &links[FRONT], &out->side[FRONT])) return false;
+    if (curvature_at(p, g) == 0) return true;
+    if (!bend_gate(p, g, &bent)) return false;
+    out->size[0] = 1;
+    out->own_from_cell = frame_inverse(&bent);
+    return true;
+  }
   case GATE_POLYGON: {
     const Points *from = g->polygon.points;
     float *xy = arena_alloc(&p->world->arena, 2 * (size_t)from->count, sizeof *xy);
