@@ -43,6 +43,11 @@ static const Option convert_options[] = {
      .high = 4096,
      .sentence = "Make voxels of a scene or model, N along its longest side; for .vox, .json and .rfm."},
     {.name = "hollow", .kind = OPTION_FLAG, .sentence = "The same: only the skin of what is closed."},
+    {.name = "element",
+     .kind = OPTION_CHOICE,
+     .argument = "KIND",
+     .choices = "portal|warped|shrink|rotation|material",
+     .sentence = "IN is a file of NoEucRT that holds one of these; its cells and gates, or material, become OUT, a .json."},
     OPTION_ALLOW_OUTSIDE,
     OPTION_QUIET("No notes."),
     {0},
@@ -117,7 +122,7 @@ static ExitCode check_pair(rf_engine *engine, const char *in, const char *out, b
 static ExitCode run_convert(const Args *args)
 {
   const char *in = args->operands[0], *out = args->operands[1];
-  const bool is_scene = output_is_any(in, SCENE_INPUTS);
+  const bool is_scene = args_text(args, "element") || output_is_any(in, SCENE_INPUTS);
   rf_engine *engine = NULL;
   ExitCode code = engine_open(&engine, 0, NULL);
   if (!code) code = check_pair(engine, in, out, is_scene);

@@ -22,6 +22,7 @@ ExitCode scene_open(rf_scene **scene, rf_engine *engine, const char *path, const
   rf_load_def def = rf_default_load_def();
   def.allow_outside = args_has(args, "allow-outside");
   def.cache = args_know(args, "cache") && args_has(args, "cache");
+  def.element = args_know(args, "element") ? args_text(args, "element") : NULL;
   *scene = rf_scene_load(engine, path, &def);
   return *scene ? EXIT_DONE : fail_library(engine);
 }

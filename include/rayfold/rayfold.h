@@ -94,6 +94,7 @@ RF_API void rf_uncancel(rf_engine *e);
 typedef struct rf_load_def {
   bool allow_outside; // let the scene name files outside its folder
   bool cache;         // keep each model as a saved model beside it, "bunny.obj.rfm", and take it from there next time
+  const char *element; // the file is one of NoEucRT's elements: "portal", "warped", "shrink", "rotation", "material"
   uint32_t magic;     // set by rf_default_load_def()
 } rf_load_def;
 

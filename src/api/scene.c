@@ -87,7 +87,8 @@ rf_scene *rf_scene_load(rf_engine *e, const char *path, const rf_load_def *def)
   if (def && !api_has_magic(def->magic, MAGIC_LOAD, "rf_scene_load", "rf_load_def")) return NULL;
   Err err = {0};
   const LoadOptions options = {
-      .allow_outside = def && def->allow_outside, .use_cache = def && def->cache, .jobs = e->jobs};
+      .allow_outside = def && def->allow_outside, .use_cache = def && def->cache, .jobs = e->jobs,
+      .element = def ? def->element : NULL};
   Scene *scene = load_scene(e, path, &options, &err);
   if (scene && !light_model(scene, &err)) {
     scene_destroy(scene);

@@ -21,4 +21,10 @@ const char *import_find_file(Scene *s, const char *path, const char *owner_path,
 // An image texture of this file with all else default; -1 when memory is out.
 int32_t import_add_image(Scene *s, const char *file);
 
+// A scene file's content that lies in memory; path is for messages.
+bool import_json_text(Scene *s, const char *path, const char *text, size_t size, const LoadOptions *options, Err *err);
+
+// A file of one of NoEucRT's elements, which options->element names. Bad ones are refused with file and line.
+bool import_element(Scene *s, const char *path, const LoadOptions *options, Err *err);
+
 #endif

@@ -946,6 +946,7 @@ typedef struct LoadOptions {
   const char *root;   // that folder; NULL: the folder of the file being loaded
   bool use_cache;     // take a model from the cache beside it, if there is one that fits (scene/cache.h)
   Jobs *jobs;         // to check saved models with; may be NULL
+  const char *element; // the file is one of NoEucRT's elements of this kind: "portal", ...; NULL: it is not
   int depth;          // nesting of scenes in scenes, private
   const char *const *open_files; // the chain of files being loaded, `depth` of them, private
   int *nested_count;  // how many files scenes inside scenes have loaded so far, private

@@ -4,6 +4,7 @@
 
 #include "base/file.h"
 #include "scene/cache.h"
+#include "scene/import.h"
 #include "scene/kinds.h"
 #include "scene/rfm.h"
 
@@ -155,7 +156,7 @@ static Scene *begin_scene(const char *path, const Format *format, const LoadOpti
   s->path = arena_text(&s->arena, path);
   s->root = arena_text(&s->arena, options->root);
   s->allow_outside = options->allow_outside;
-  s->is_model = format->import != import_json;
+  s->is_model = format->import != import_json && format->import != import_element;
   if (s->path && (!options->root || s->root)) return s;
   err_memory(err, path, 0);
   scene_destroy(s);
@@ -190,7 +191,8 @@ Scene *scene_load(const char *path, const LoadOptions *options, Err *err)
   LoadOptions inner = options ? *options : (LoadOptions){0};
   if (!inner.nested_count) inner.nested_count = &count;
   if (!check_chain(path, &inner, err)) return NULL;
-  const Format *format = choose(path, err);
+  static const Format element = {"", "an element of NoEucRT", import_element, false};
+  const Format *format = inner.element ? &element : choose(path, err);
   if (!format) return NULL;
   const char *chain[DEEPEST + 1];
   for (int i = 0; i < inner.depth; i++) chain[i] = inner.open_files[i];

@@ -6,6 +6,7 @@
 #include "base/mem.h"
 #include "scene/element.h"
 #include "scene/gates.h"
+#include "scene/import.h"
 #include "scene/mix_check.h"
 #include "scene/rfm.h"
 
@@ -224,6 +225,15 @@ static bool is_blank(const uint8_t *data, size_t size)
   return true;
 }
 
+bool import_json_text(Scene *s, const char *path, const char *text, size_t size, const LoadOptions *options, Err *err)
+{
+  JsonDoc *doc = js_parse(text, size, path, err);
+  SceneReader r = {.element = {.scene = s, .doc = doc, .options = options, .err = err}};
+  const bool ok = doc && read_names(&r) && read_sections(&r);
+  js_free(doc);
+  return ok;
+}
+
 bool import_json(Scene *s, const char *path, const LoadOptions *options, Err *err)
 {
   const LoadOptions none = {0};
@@ -241,10 +251,7 @@ bool import_json(Scene *s, const char *path, const LoadOptions *options, Err *er
     err_set(err, ERR_BAD_SCENE, "%s: the file is empty; a scene file begins { \"rayfold\": %d", path,
             FILE_VERSION);
   } else {
-    JsonDoc *doc = js_parse((const char *)file.data + mark, file.size - mark, path, err);
-    SceneReader r = {.element = {.scene = s, .doc = doc, .options = options, .err = err}};
-    ok = doc && read_names(&r) && read_sections(&r);
-    js_free(doc);
+    ok = import_json_text(s, path, (const char *)file.data + mark, file.size - mark, options, err);
   }
   file_release(&file);
   return ok;
