@@ -27,7 +27,7 @@ static double mean_of(Scene *s, const char *name, int spp)
 static void make_furnace(Scene *s)
 {
   const int32_t m = scene_add_material(s, MATERIAL_PBR, "furnace");
-  MaterialPbr *p = &s->materials.items[m].pbr;
+  Pbr *p = &s->materials.items[m].pbr;
   set3(p->base_color, 0.5f, 0.5f, 0.5f);
   set3(p->emissive, 0.5f, 0.5f, 0.5f);
   p->roughness = 1;
