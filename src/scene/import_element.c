@@ -79,7 +79,7 @@ static bool read_face(Element *e, const char *p, const char *end)
     float x;
     p = skip_blanks(p, end);
     const char *stop = number_float(p, end, &x);
-    if (stop == p || (stop < end && !is_blank(*stop) && *stop != '/'))
+    if (!stop || stop == p || (stop < end && !is_blank(*stop) && *stop != '/'))
       return lines_fail(&e->lines, e->err, "a face has three corners, numbers of vertices: f a b c");
     if (!(x >= 1) || x > (float)e->vertices.count || x != floorf(x))
       return lines_fail(&e->lines, e->err, "corner %.9g is not among the %zu vertices above; they count from 1", (double)x, e->vertices.count);
@@ -178,12 +178,17 @@ static void add_wall(Text *t, const char *name, Vec3 middle, Vec3 extent, int ax
 static bool is_box(const Element *e)
 {
   const float slack = 1e-5f * v3_length(e->hi - e->lo);
+  unsigned seen = 0; // of its eight corners
   for (size_t i = 0; i < e->corners.count; i++) {
     const Vec3 p = e->vertices.items[e->corners.items[i]];
-    for (int k = 0; k < 3; k++)
+    unsigned corner = 0;
+    for (int k = 0; k < 3; k++) {
       if (e->hi[k] - e->lo[k] <= slack || (p[k] > e->lo[k] + slack && p[k] < e->hi[k] - slack)) return false;
+      corner |= (unsigned)(p[k] >= e->hi[k] - slack) << k;
+    }
+    seen |= 1u << corner;
   }
-  return true;
+  return seen == 255;
 }
 
 static bool same_place(const Element *e, uint32_t a, uint32_t b)

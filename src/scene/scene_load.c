@@ -207,7 +207,7 @@ Scene *scene_load(const char *path, const LoadOptions *options, Err *err)
     s->wants_cache = s->wants_cache && !s->rig; // a cache keeps no clips
     return s;
   }
-  explain(path, format, &first);
+  if (!inner.element) explain(path, format, &first);
   err_set(err, first.kind, "%s", first.text);
   scene_destroy(s);
   return NULL;
