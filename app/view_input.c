@@ -293,7 +293,7 @@ static const Action actions[] = {
     {0, 0, "drag a value", "change it", NULL},
     {'z', MOD_CTRL, "ctrl + Z, Y", "undo, redo", undo},
     {'y', MOD_CTRL, NULL, NULL, redo},
-    {'b', 0, "B", "brush for voxels: add erase paint flood extrude", next_tool},
+    {'k', 0, "K", "brush for voxels: add erase paint flood extrude", next_tool},
     {',', 0, ", .", "smaller, larger brush", size_brush},
     {'.', 0, NULL, NULL, size_brush},
     {'x', 0, "X", "square or round brush", form_brush},
