@@ -133,6 +133,32 @@ TEST(surfaces_stop_a_walk_and_the_rest_is_told)
   leave(&p);
 }
 
+// The compressed tunnel of the thesis, six metres long outside and a quarter of that within: eye and feet agree, and light
+// shifts aside by what is within only.
+TEST(a_compressed_tunnel_is_as_short_to_walk_as_it_looks)
+{
+  Place p = place_of("{ \"rayfold\": 1, \"cells\": { \"inside\": {} }, \"gates\": {"
+                     "\"front\": { \"kind\": \"rect\", \"size\": [2, 2], \"to\": \"first\" },"
+                     "\"first\": { \"kind\": \"rect\", \"cell\": \"inside\", \"size\": [2, 2], \"translate\": [0, 0, 0.75], \"rotate\": [0, 180, 0], \"wall\": true },"
+                     "\"back\": { \"kind\": \"rect\", \"size\": [2, 2], \"translate\": [0, 0, -6], \"rotate\": [0, 180, 0], \"to\": \"last\" },"
+                     "\"last\": { \"kind\": \"rect\", \"cell\": \"inside\", \"size\": [2, 2], \"translate\": [0, 0, -0.75], \"wall\": true } },"
+                     "\"objects\": [ { \"shape\": { \"kind\": \"quad\", \"size\": [9, 9] }, \"translate\": [0, 0, -8] },"
+                     "{ \"cell\": \"inside\", \"shape\": { \"kind\": \"quad\", \"size\": [2, 2] }, \"translate\": [0, -1, 0], \"rotate\": [-90, 0, 0] } ] }");
+  const rf_ray ray = {{0, 0, 0.5f}, 0, {0.2f, 0, -1}, INFINITY};
+  rf_hit hit;
+  rf_arrival at;
+  CHECK(rf_look(p.world, 0, &ray, &hit, &at) && at.cell == 0);
+  CHECK_NEAR(hit.t, 0.5 + 1.5 + 2, 1e-5);
+  const rf_surface s = rf_surface_at(p.world, &at.ray, &hit);
+  CHECK_NEAR(s.position.x, 0.2 * 4, 1e-5);
+  CHECK_NEAR(s.position.z, -8, 1e-5);
+  rf_body b = body_at(0, 0, 0.5f, 0);
+  const rf_walk_end end = rf_walk(p.world, &b, (rf_vec3){0, 0, -3}, true);
+  CHECK(end.gates == 2 && b.cell == 0);
+  CHECK_NEAR(b.frame.p.z, -7, 1e-5); // half a metre before, one and a half within, one behind
+  leave(&p);
+}
+
 // A cube glued to itself on all sides, by walls or by mere gates: a drunkard never gets out.
 TEST(nobody_is_lost)
 {

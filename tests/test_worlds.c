@@ -294,6 +294,65 @@ TEST(no_ray_is_lost_in_a_torus)
   scene_destroy(s);
 }
 
+// --- what the original did wrong --------------------------------------------------------------------------
+static float *pixels_of(const char *json, Integrator integrator, size_t *count)
+{
+  Err err = {0};
+  Scene *s = scene_of(json, &err);
+  CHECK_MSG(s, "%s", err.text);
+  if (!s) return NULL;
+  Film *f = picture_of(s, integrator, cpu_best_isa());
+  *count = (size_t)f->width * f->height;
+  float *rgba = mem_alloc(*count, 4 * sizeof *rgba);
+  CHECK(film_resolve(f, FILM_BEAUTY, rgba));
+  film_destroy(f);
+  scene_destroy(s);
+  return rgba;
+}
+
+// A ray along the axis of a tunnel that leads to itself ends, and in the colour it was told to.
+TEST(rays_that_would_go_on_for_ever_end)
+{
+  static const char axis[] =
+      "{ \"rayfold\": 1, \"render\": { \"size\": [9, 9], \"spp\": 1, \"crossings\": 64, \"fade_color\": [0.25, 0.5, 0.75] },"
+      "\"camera\": { \"position\": [0, 0, 0], \"target\": [0, 0, -1], \"fov\": 20 }, \"sky\": { \"kind\": \"constant\" },"
+      "\"gates\": { \"a\": { \"kind\": \"rect\", \"size\": [1000, 1000], \"translate\": [0, 0, -1], \"to\": \"b\" },"
+      "\"b\": { \"kind\": \"rect\", \"size\": [1000, 1000], \"translate\": [0, 0, 1], \"rotate\": [0, 180, 0] } } }";
+  static const Integrator integrators[] = {INTEGRATOR_PATH, INTEGRATOR_CLASSIC, INTEGRATOR_WHITTED, INTEGRATOR_NORMAL};
+  for (size_t i = 0; i < 4; i++) {
+    size_t count = 0;
+    float *rgba = pixels_of(axis, integrators[i], &count);
+    for (size_t k = 0; rgba && k < count; k++)
+      CHECK_MSG(fabsf(rgba[4 * k] - 0.25f) + fabsf(rgba[4 * k + 1] - 0.5f) + fabsf(rgba[4 * k + 2] - 0.75f) < 1e-3f,
+                "integrator %d: %g", (int)integrators[i], (double)rgba[4 * k]);
+    mem_free(rgba);
+  }
+}
+
+// A room ten kilometres away, through a door, looks as the room beside the door: no specks, whole shadows of a sun.
+TEST(far_rooms_look_as_near_ones)
+{
+#define FAR_ROOM(x, head)                                                                                              \
+  "{ \"rayfold\": 1, \"render\": { \"size\": [48, 36], \"spp\": 4, \"max_depth\": 2 }," head                              \
+  "\"sky\": { \"kind\": \"constant\" }, \"materials\": { \"m\": { \"kind\": \"lambert\", \"albedo\": 0.8 } },"           \
+  "\"objects\": [ { \"shape\": { \"kind\": \"quad\", \"size\": [8, 8] }, \"translate\": [" x ", 0, -4], \"rotate\": [-90, 0, 0], \"material\": \"m\" },"  \
+  "{ \"shape\": { \"kind\": \"box\", \"size\": 1 }, \"translate\": [" x ", 1.5, -4], \"material\": \"m\" } ],"             \
+  "\"lights\": [ { \"kind\": \"sun\", \"direction\": [0.2, 1, 0.3], \"irradiance\": 3, \"angle\": 0 } ] }"
+#define EYE "\"camera\": { \"position\": [0.2, 2, 2], \"target\": [0, 0.8, -4], \"fov\": 50 },"
+  size_t count = 0, off = 0, dark = 0;
+  float *near = pixels_of(FAR_ROOM("0", EYE), INTEGRATOR_WHITTED, &count);
+  float *far = pixels_of(FAR_ROOM("10000", EYE "\"gates\": { \"g\": { \"kind\": \"rect\", \"size\": [20, 20], \"translate\": [0, 0, 0.5],"
+                                           "\"to_translate\": [10000, 0, 0.5], \"sides\": \"front\" } },"), INTEGRATOR_WHITTED, &count);
+  for (size_t i = 0; near && far && i < count; i++) {
+    off += fabsf(near[4 * i] - far[4 * i]) > 0.01f;
+    dark += near[4 * i] < 0.01f;
+  }
+  CHECK_MSG(off <= count / 200, "%zu of %zu pixels differ", off, count); // edges, at coordinates of a millimetre
+  CHECK(dark > 20 && dark < count - 100);
+  mem_free(near);
+  mem_free(far);
+}
+
 // --- what is refused ----------------------------------------------------------------------------------
 TEST(gates_that_lead_nowhere_are_refused_with_a_sentence)
 {
