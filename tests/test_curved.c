@@ -83,15 +83,16 @@ static void check_furnace(const char *json, const char *name)
 TEST(light_is_the_same_everywhere)
 {
   check_furnace(FURNACE("\"kind\": \"spherical\", \"space\": \"poincare\", \"radius\": 5", LAMP), "poincare");
-  check_furnace(FURNACE("\"kind\": \"spherical\", \"space\": \"quaternionic\", \"radius\": 3", ""), "quaternionic");
   check_furnace(FURNACE("\"kind\": \"spherical\", \"space\": \"lens\", \"radius\": 3, \"p\": 5, \"q\": 2", LAMP), "lens");
   check_furnace(FURNACE("\"kind\": \"hyperbolic\", \"space\": \"seifert_weber\", \"radius\": 2", LAMP), "seifert_weber");
   check_furnace(FURNACE("\"kind\": \"hyperbolic\", \"space\": \"right_angled\", \"radius\": 2", LAMP), "right_angled");
-  check_furnace(FURNACE("\"kind\": \"hyperbolic\", \"space\": \"cubes\", \"radius\": 2", LAMP), "cubes");
   check_furnace(FURNACE("\"space\": \"torus\", \"size\": [3, 4, 5]", LAMP), "torus");
+  check_furnace(FURNACE("\"space\": \"hantzsche_wendt\", \"size\": [5, 5, 5]", LAMP), "hantzsche_wendt");
+  if (test_intensity() <= 1) return; // the others at night
+  check_furnace(FURNACE("\"kind\": \"spherical\", \"space\": \"quaternionic\", \"radius\": 3", ""), "quaternionic");
+  check_furnace(FURNACE("\"kind\": \"hyperbolic\", \"space\": \"cubes\", \"radius\": 2", LAMP), "cubes");
   check_furnace(FURNACE("\"space\": \"half_turn\"", LAMP), "half_turn");
   check_furnace(FURNACE("\"space\": \"klein\"", LAMP), "klein");
-  check_furnace(FURNACE("\"space\": \"hantzsche_wendt\", \"size\": [5, 5, 5]", LAMP), "hantzsche_wendt");
 }
 
 // A ball in an open room of even light, whose inside is another space: nothing shows where it is.
