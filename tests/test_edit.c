@@ -254,7 +254,7 @@ static void random_value(const Field *f, char out[300])
              random_number(f, false));
     return;
   case FIELD_matrix: strcpy(out, "[2,0,0,0,0,3,0,0,0,0.5,1,0,7,8,9,1]"); return;
-  case FIELD_text: strcpy(out, "\"a \\\"text\\\"\""); return;
+  case FIELD_text: strcpy(out, strcmp(f->name, "formula") ? "\"a \\\"text\\\"\"" : "\"x * 2\""); return;
   case FIELD_file: strcpy(out, strstr(f->sentence, "(.vox)") ? "\"part.vox\"" : "\"part.json\""); return;
   case FIELD_sky:
   case FIELD_cell:

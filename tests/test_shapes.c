@@ -494,7 +494,7 @@ TEST(what_makes_no_sense_is_refused)
   check_refused(OBJECT("", "\"cone\", \"radius\": 0"), "above 0");
   check_refused(OBJECT("", "\"csg\""), "without parts");
   check_refused(OBJECT("\"part_of\": \"nobody\",", "\"sphere\""), "nobody");
-  check_refused(OBJECT("\"name\": \"a\",", "\"sphere\"") "," OBJECT("\"part_of\": \"a\",", "\"sphere\""), "kind csg");
+  check_refused(OBJECT("\"name\": \"a\",", "\"sphere\"") "," OBJECT("\"part_of\": \"a\",", "\"sphere\""), "kind csg or field");
   check_refused(OBJECT("\"name\": \"a\",", "\"csg\"") "," OBJECT("\"part_of\": \"a\",", "\"quad\""), "no inside");
   check_refused(OBJECT("\"name\": \"a\",", "\"csg\"") "," OBJECT("\"part_of\": \"a\",", "\"cone\", \"capped\": false"),
                 "no inside");

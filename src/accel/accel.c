@@ -17,6 +17,7 @@ static Bounds object_bounds(const Instance *i)
   case INSTANCE_SOLID: return solid_bounds(i->solid);
   case INSTANCE_CSG: return i->csg->bounds;
   case INSTANCE_VOXELS: return voxel_bounds(i->voxels);
+  case INSTANCE_SDF: return i->sdf->bounds;
   }
   unreachable();
 }
@@ -58,9 +59,14 @@ Bounds accel_world_bounds(const Frame *m, const Bounds *b)
   return w;
 }
 
+static bool can_be_endless(const Instance *i)
+{
+  return i->kind == INSTANCE_SOLID || i->kind == INSTANCE_CSG || i->kind == INSTANCE_SDF;
+}
+
 static bool is_endless(const Instance *i, const Bounds *b)
 {
-  return (i->kind == INSTANCE_SOLID || i->kind == INSTANCE_CSG) && !bounds_is_empty(b) && !bounds_is_finite(b);
+  return can_be_endless(i) && !bounds_is_empty(b) && !bounds_is_finite(b);
 }
 
 // Empty when nothing can hit the instance: no extent, no inverse, or numbers that are not finite.
@@ -121,7 +127,7 @@ static size_t count_endless(const Instance *instances, size_t count, const Part 
 {
   size_t n = 0;
   for (size_t i = 0; i < count; i++) {
-    if ((instances[i].kind != INSTANCE_SOLID && instances[i].kind != INSTANCE_CSG) || !part_has(part, i)) continue;
+    if (!can_be_endless(&instances[i]) || !part_has(part, i)) continue;
     const Bounds b = instance_bounds(&instances[i]);
     n += !bounds_is_empty(&b) && !bounds_is_finite(&b);
   }

@@ -2,7 +2,8 @@
 // instances and by successive worlds; the upper level is one tree over the instances' boxes. Immutable once built.
 //
 //   Accel: top tree -> Instance (map, mask) -> MeshTree: Node8 -> Tri8 blocks, or the same made compact
-//                                           or a shape: sphere, quad, disk, solid, body of solids, voxels
+//                                           or a shape: sphere, quad, disk, solid, body of solids, voxels, distance
+//                                           field
 //
 // Instances without ends (planes, cylinders and cones that go on for ever) stand in a list of their own, which every ray
 // walks first: their boxes would cover every node of the tree.
@@ -17,6 +18,7 @@
 #include "base/ray.h"
 #include "geom/csg.h"
 #include "geom/voxel_walk.h"
+#include "geom/sdf.h"
 
 #include <stddef.h>
 
@@ -63,6 +65,7 @@ typedef enum InstanceKind {
   INSTANCE_SOLID,
   INSTANCE_CSG,
   INSTANCE_VOXELS,
+  INSTANCE_SDF,
 } InstanceKind;
 
 // A placed shape. In object space a sphere has radius size[0] about the origin, a quad spans
@@ -76,6 +79,7 @@ typedef struct Instance {
     const Solid *solid; // of INSTANCE_SOLID; must outlive the tree
     const Csg *csg;     // of INSTANCE_CSG; likewise
     const VoxelBody *voxels; // of INSTANCE_VOXELS; likewise
+    const Sdf *sdf;     // of INSTANCE_SDF; likewise
   };
   float size[2];
   uint8_t kind;       // InstanceKind

@@ -80,6 +80,7 @@ static bool make_shape(const Instance *i, LaneShape *s)
   case INSTANCE_SOLID: return make_solid(i, s);
   case INSTANCE_MESH:
   case INSTANCE_VOXELS:
+  case INSTANCE_SDF:
   case INSTANCE_CSG: return false;
   }
   unreachable();

@@ -5,6 +5,7 @@
 
 #include "accel/tree.h"
 #include "geom/footprint.h"
+#include "geom/sdf_surface.h"
 
 // mesh: the arrays the instance's tree was built from; not looked at for shapes. material is left 0.
 static inline SurfacePoint accel_surface(const Accel *a, const TriangleMesh *mesh, const Ray *ray, const Hit *hit)
@@ -29,6 +30,7 @@ static inline SurfacePoint accel_surface(const Accel *a, const TriangleMesh *mes
     const Placement placed = {&leaf->world_from_leaf, &leaf->leaf_from_world};
     return surface_of_solid(&leaf->solid, &placed, &own, leaf->is_flipped, ray, hit);
   }
+  case INSTANCE_SDF: return surface_of_sdf(i->sdf, &at, i->is_identity, ray, hit);
   }
   unreachable();
 }
@@ -51,6 +53,7 @@ static inline void accel_footprint(const Accel *a, const TriangleMesh *mesh, con
   case INSTANCE_SPHERE: footprint_of_sphere(s, f); return;
   case INSTANCE_QUAD: footprint_of_shape(s, f, v3(2 * i->size[0], 0, 0), v3(0, 2 * i->size[1], 0)); return;
   case INSTANCE_SOLID: footprint_of_solid(s, i->solid, hit->prim, f); return;
+  case INSTANCE_SDF: footprint_of_sdf(s, f); return;
   case INSTANCE_CSG: footprint_of_solid(s, &leaf->solid, hit->prim % SOLID_PARTS, f); return;
   case INSTANCE_VOXELS: footprint_of_shape(s, f, voxel_face_u(hit->prim & 7), voxel_face_v(hit->prim & 7)); return;
   case INSTANCE_DISK: footprint_of_shape(s, f, v3(2 * i->size[0], 0, 0), v3(0, 2 * i->size[0], 0)); return;

@@ -14,6 +14,7 @@
 #include "accel/tree.h"
 #include "geom/disk.h"
 #include "geom/quad.h"
+#include "geom/sdf_surface.h"
 #include "geom/sphere.h"
 #include "geom/triangle.h"
 
@@ -237,6 +238,32 @@ static inline bool voxels_closest(Query *q, const Visit *v)
   return voxel_walk(v->instance->voxels, v->ray->o, v->ray->d, v->ray->tmin, q->best.t, voxels_take, &taker);
 }
 
+// A ray's crossing of a field's surface. False: it is not the best hit; *is_over: nor will a later one be.
+static inline bool take_sdf(Query *q, const Visit *v, const SdfRay *r, bool *is_over)
+{
+  const Sdf *f = v->instance->sdf;
+  const float at = max_f(r->high, v->near);
+  *is_over = !is_better(&q->best, at, v->instance_i, 0);
+  if (*is_over || !(r->high > v->ray->tmin)) return false;
+  const bool asks = !q->is_any || (v->instance->has_filter && q->filter);
+  const Hit hit = {at, 0, 0, asks && f->has_ids ? sdf_hit_leaf(f, r->o, r->d, r->high) : 0, v->instance_i};
+  return take_hit(q, v, &hit);
+}
+
+static inline bool sdf_closest(Query *q, const Visit *v)
+{
+  const Sdf *f = v->instance->sdf;
+  const bool is_any = q->is_any && !v->instance->has_filter;
+  SdfRay r;
+  if (!sdf_begin(f, v->ray, q->best.t, &r)) return false;
+  for (bool is_over = false; !is_over; sdf_go_on(&r, q->best.t)) {
+    q->counters->prims += sdf_march(f, &r, 1, is_any);
+    if (r.state != SDF_CROSSED) return false;
+    if (take_sdf(q, v, &r, &is_over)) return true;
+  }
+  return false;
+}
+
 // Shapes by formula: up to two crossings of spheres, quads and disks, nearest first; solids have loops of their own.
 static inline bool shape_closest(Query *q, const Visit *v)
 {
@@ -251,6 +278,7 @@ static inline bool shape_closest(Query *q, const Visit *v)
   case INSTANCE_SOLID: return solid_closest(q, v);
   case INSTANCE_CSG: return csg_closest(q, v);
   case INSTANCE_VOXELS: return voxels_closest(q, v);
+  case INSTANCE_SDF: return sdf_closest(q, v);
   case INSTANCE_MESH: break;
   }
   for (int i = 0; i < count; i++) {

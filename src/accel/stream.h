@@ -440,6 +440,44 @@ static inline void stream_shape(Stream *s, RaySet *world, const Visit *v, uint64
   s->prims += (uint64_t)__builtin_popcountll(set);
 }
 
+// All rays of the set through a field together.
+static SDF_LARGE void stream_sdf(Stream *s, const RaySet *world, const Visit *v, uint64_t set)
+{
+  const Instance *in = v->instance;
+  SdfRay rays[SDF_RAYS];
+  const bool is_any = s->is_any && !in->has_filter;
+  for (uint64_t left = set; left; left &= left - 1) {
+    const int i = __builtin_ctzll(left);
+    const PackedRay *r = &s->batch->rays[s->first + (size_t)i];
+    const Vec3 o = in->is_identity ? v3_load(r->o) : frame_point(&in->object_from_world, v3_load(r->o));
+    const Vec3 d = in->is_identity ? v3_load(r->d) : frame_vector(&in->object_from_world, v3_load(r->d));
+    TreeRay own;
+    if (!tree_ray_place(&own, o, d, world->tmin[i]) || !sdf_begin(in->sdf, &own, s->t[i], &rays[i])) set &= ~(left & -left);
+  }
+  while (set) {
+    s->prims += sdf_march(in->sdf, rays, set, is_any);
+    for (uint64_t left = set; left; left &= left - 1) {
+      const int i = __builtin_ctzll(left);
+      bool is_over = true;
+      if (rays[i].state == SDF_CROSSED) {
+        RayCounters unused = {0};
+        Ray ray;
+        Query q = stream_query(s, i, &unused, &ray);
+        const TreeRay own = {.tmin = world->tmin[i]}; // all that is looked at
+        const Visit at = {v->instance, v->instance_i, s->near[i], &own};
+        if (take_sdf(&q, &at, &rays[i], &is_over)) {
+          stream_take(s, i, &q.best);
+          is_over = true;
+        }
+      }
+      if (is_over)
+        set &= ~(left & -left);
+      else
+        sdf_go_on(&rays[i], s->t[i]);
+    }
+  }
+}
+
 // The rays brought into the instance's space, in the lanes they have; lanes in between are copies.
 static inline uint64_t stream_transform(const Stream *s, const Instance *i, uint64_t set, const RaySet *world,
                                         RaySet *own)
@@ -478,6 +516,7 @@ static inline void stream_instance(Stream *s, uint32_t instance_i, RaySet *world
   if (i->kind != INSTANCE_MESH) {
     set = stream_enter(s, world, a->boxes[instance_i], set);
     if (i->kind == INSTANCE_VOXELS) stream_voxels(s, world, &v, set);
+    else if (i->kind == INSTANCE_SDF) stream_sdf(s, world, &v, set);
     else stream_shape(s, world, &v, set);
     return;
   }

@@ -132,6 +132,7 @@ static inline wf wx_high(wx x) { return (wf)_mm512_extractf32x8_ps((__m512)x, 1)
 #else
 #define WIDEST WIDE
 typedef wf wx;
+typedef wi wxi;
 
 static inline wx wx_min(wx a, wx b) { return wf_min(a, b); }
 static inline wx wx_max(wx a, wx b) { return wf_max(a, b); }

@@ -38,7 +38,8 @@ static inline void trace_footprint(const World *w, const Ray *ray, const Hit *hi
 static inline uint32_t trace_place(const World *w, const Hit *hit)
 {
   const InstanceKind kind = (InstanceKind)w->accel->instances[hit->instance].kind;
-  if (kind != INSTANCE_SPHERE && kind != INSTANCE_SOLID && kind != INSTANCE_CSG && kind != INSTANCE_VOXELS)
+  if (kind != INSTANCE_SPHERE && kind != INSTANCE_SOLID && kind != INSTANCE_CSG && kind != INSTANCE_VOXELS &&
+      kind != INSTANCE_SDF)
     return hit->prim;
   uint32_t bits;
   memcpy(&bits, &hit->t, sizeof bits);

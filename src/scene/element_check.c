@@ -3,6 +3,8 @@
 #include "scene/element.h"
 #include "scene/gates.h"
 
+#include "base/formula.h"
+
 #include <math.h>
 
 static bool check_camera(const Camera *c, const char **field, Err *err)
@@ -60,6 +62,14 @@ static bool check_triangle(const ShapeTriangle *t, const char **field, Err *err)
          err_set(err, ERR_BAD_SCENE, "the triangle's corners lie on a line, or too near or far for the engine's numbers");
 }
 
+static bool check_formula(const ShapeFormula *f, const char **field, Err *err)
+{
+  Formula compiled;
+  char message[200];
+  *field = "formula";
+  return formula_compile(f->formula, &compiled, message) || err_set(err, ERR_BAD_SCENE, "the formula, %s", message);
+}
+
 static bool check_shape(const Shape *s, const char **field, Err *err)
 {
   *field = NULL;
@@ -68,6 +78,7 @@ static bool check_shape(const Shape *s, const char **field, Err *err)
     *field = "radius";
     return err_set(err, ERR_BAD_SCENE, "a cone needs a \"radius\" or a \"top_radius\" above 0");
   }
+  if (s->kind == SHAPE_FORMULA) return check_formula(&s->formula, field, err);
   if (s->kind != SHAPE_MESH || s->mesh.file || s->mesh_i >= 0) return true;
   return err_set(err, ERR_BAD_SCENE, "a mesh needs a \"file\", or \"positions\" and \"triangles\"");
 }

@@ -95,6 +95,17 @@ static Box shape_box(const Scene *s, const Shape *shape, Count *count)
   case SHAPE_VOXELS: return voxels_box(s, shape);
   case SHAPE_PLANE:
   case SHAPE_ENDLESS_CONE: // have no ends
+  case SHAPE_ROUND_BOX:
+    return half_box(shape->round_box.size[0] / 2, shape->round_box.size[1] / 2, shape->round_box.size[2] / 2);
+  case SHAPE_CAPSULE:
+    return half_box(shape->capsule.radius, shape->capsule.radius + shape->capsule.height / 2, shape->capsule.radius);
+  case SHAPE_ELLIPSOID:
+    return half_box(shape->ellipsoid.radius[0], shape->ellipsoid.radius[1], shape->ellipsoid.radius[2]);
+  case SHAPE_OCTAHEDRON: return half_box(shape->octahedron.radius, shape->octahedron.radius, shape->octahedron.radius);
+  case SHAPE_MENGER: return half_box(shape->menger.size / 2, shape->menger.size / 2, shape->menger.size / 2);
+  case SHAPE_MANDELBULB: return half_box(shape->mandelbulb.radius, shape->mandelbulb.radius, shape->mandelbulb.radius);
+  case SHAPE_FORMULA: return half_box(shape->formula.size[0] / 2, shape->formula.size[1] / 2, shape->formula.size[2] / 2);
+  case SHAPE_FIELD:
   case SHAPE_CSG: return nothing; // its parts are measured, those cut away, too
   case SHAPE_MESH: break;
   }

@@ -207,6 +207,30 @@ static const Field voxel_extrude_fields[] = {VOXEL_EXTRUDE_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER VoxelReplace
 static const Field voxel_replace_fields[] = {VOXEL_REPLACE_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER ShapeField
+static const Field shape_field_fields[] = {SHAPE_FIELD_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeRoundBox
+static const Field shape_round_box_fields[] = {SHAPE_ROUND_BOX_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeCapsule
+static const Field shape_capsule_fields[] = {SHAPE_CAPSULE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeEllipsoid
+static const Field shape_ellipsoid_fields[] = {SHAPE_ELLIPSOID_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeOctahedron
+static const Field shape_octahedron_fields[] = {SHAPE_OCTAHEDRON_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeMenger
+static const Field shape_menger_fields[] = {SHAPE_MENGER_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeMandelbulb
+static const Field shape_mandelbulb_fields[] = {SHAPE_MANDELBULB_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER ShapeFormula
+static const Field shape_formula_fields[] = {SHAPE_FORMULA_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER LightPoint
 static const Field light_point_fields[] = {LIGHT_POINT_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -301,6 +325,14 @@ static const Kind shape_kinds[] = {
     KIND("torus", shape_torus_fields, "A ring."),
     KIND("csg", shape_csg_fields, "A body made of others: objects that name this one in part_of, in their order."),
     KIND("voxels", shape_voxels_fields, "A grid of small cubes, from a file or built by a program. See docs/voxels.md."),
+    KIND("field", shape_field_fields, "A distance field: shapes that name this one in part_of, melted together, repeated, twisted, bent. Parts may be fields, spheres, boxes, planes, capped cylinders and cones, tori, and the kinds below."),
+    KIND("round_box", shape_round_box_fields, "A box with round edges, as a distance field."),
+    KIND("capsule", shape_capsule_fields, "A tube with round ends, as a distance field."),
+    KIND("ellipsoid", shape_ellipsoid_fields, "An ellipsoid, as a distance field."),
+    KIND("octahedron", shape_octahedron_fields, "Two pyramids, as a distance field."),
+    KIND("menger", shape_menger_fields, "Menger's sponge: a cube with ever smaller square holes."),
+    KIND("mandelbulb", shape_mandelbulb_fields, "A fractal with three dimensions (White and Nylander 2009)."),
+    KIND("formula", shape_formula_fields, "A distance field by a formula of your own."),
 };
 static const Kind voxel_kinds[] = {KIND("voxel", voxel_fields, "")};
 static const Kind voxel_step_kinds[] = {

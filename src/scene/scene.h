@@ -691,7 +691,7 @@ typedef struct SceneVoxels {
   F(choice, role, 0, 0, 0, "actor|background", "For the whitted integrator: a background is not asked where an actor was met, and throws no shadow.") \
   F(cell,   cell, -1, 0, 0, "", "The cell it is in; a part is where its whole is.")                                 \
   F(gate,   through, -1, 0, 0, "", "The flat gate it stands in: what of it is beyond is seen on the other side.")   \
-  F(object, part_of, -1, 0, 0, "", "Name of an object of kind csg, further up in the list, that this one is a part of; its place is then relative to that.")
+  F(object, part_of, -1, 0, 0, "", "Name of an object of kind csg or field, further up in the list, that this one is a part of; its place is then relative to that.")
 FIELD_STRUCT(ObjectCommon, OBJECT_FIELDS);
 typedef enum { ROLE_ACTOR, ROLE_BACKGROUND } ObjectRole;
 
@@ -729,6 +729,42 @@ typedef enum { ROLE_ACTOR, ROLE_BACKGROUND } ObjectRole;
   F(file,   file, NULL, 0, 0, "", "A MagicaVoxel model (.vox), all of it in one grid. `palette` and `fill` come after it.") \
   F(real,   voxel_size, 0.1, 1e-6, NO_LIMIT, "m", "Side of a voxel.")                                                \
   F(choice, origin, 0, 0, 0, "corner|center|floor", "What of the grid lies at the object's origin: its first corner, its middle, or the middle of its bottom.")
+#define SHAPE_ROUND_BOX_FIELDS(F)                                                           \
+  F(vec3, size, (1, 1, 1), 1e-6, NO_LIMIT, "m", "Extent along x, y and z, the rounding included; centred.") \
+  F(real, round, 0.1, 0, NO_LIMIT, "m", "Radius of its edges; half of the least extent at most.")
+#define SHAPE_CAPSULE_FIELDS(F)                                                             \
+  F(real, radius, 0.5, 1e-6, NO_LIMIT, "m", "Of the tube and of the balls at its ends.")    \
+  F(real, height, 1, 0, NO_LIMIT, "m", "Along y, between the middles of the balls.")
+#define SHAPE_ELLIPSOID_FIELDS(F) \
+  F(vec3, radius, (1, 0.5, 0.5), 1e-6, NO_LIMIT, "m", "Along x, y and z.")
+#define SHAPE_OCTAHEDRON_FIELDS(F) \
+  F(real, radius, 1, 1e-6, NO_LIMIT, "m", "From the middle to each corner.")
+#define SHAPE_MENGER_FIELDS(F)                                             \
+  F(real, size, 2, 1e-6, NO_LIMIT, "m", "Side of the cube it is cut from.") \
+  F(integer, levels, 4, 0, 8, "", "How often holes are cut, each time a third as wide.")
+#define SHAPE_MANDELBULB_FIELDS(F)                                                             \
+  F(real, radius, 1.25, 1e-6, NO_LIMIT, "m", "Of the ball it fits into.")                      \
+  F(integer, power, 8, 2, 16, "", "Of the map that is repeated.")                              \
+  F(integer, rounds, 8, 1, 64, "", "How often: more show finer parts.")
+#define SHAPE_FORMULA_FIELDS(F)                                                                  \
+  F(text, formula, "length(x, y, z) - 1", 0, 0, "", "The value at x, y, z, negative inside: see docs/fields.md for the language.") \
+  F(vec3, size, (2, 2, 2), 1e-6, NO_LIMIT, "m", "Extent of the box it is cut to; centred.")
+#define SHAPE_FIELD_FIELDS(F)                                                                    \
+  F(choice, operation, 0, 0, 0, "union|intersection|difference|soft_maximum", "What becomes of the parts: all together, what they have in common, the first without the others; or the logarithm of the sum of their exponentials.") \
+  F(real, smooth, 0, 0, NO_LIMIT, "m", "Width over which parts melt together; 0 is hard. Of soft_maximum: its unit of length.") \
+  F(choice, mix, 0, 0, 0, "none|color|material", "Where parts melt together: the nearer one's material; its colour mixed with the other's; or either of them, by chance.") \
+  F(real, round, 0, 0, NO_LIMIT, "m", "Added all around.")                                       \
+  F(real, onion, 0, 0, NO_LIMIT, "m", "Thickness of a shell about the surface, in place of the solid; 0: solid.") \
+  F(vec3, elongate, (0, 0, 0), 0, NO_LIMIT, "m", "Cut in the middle and drawn apart by this, along each axis.") \
+  F(vec3, repeat, (0, 0, 0), 0, NO_LIMIT, "m", "From copy to copy along each axis; 0: one alone.") \
+  F(vec3, copies, (0, 0, 0), 0, 1000000, "", "How many along each axis; 0: without end.")        \
+  F(flag, mirrored, 0, 0, 1, "", "Every second copy is seen in a mirror, and parts are cut where copies meet.") \
+  F(real, twist, 0, -3600, 3600, "deg/m", "Turns about the y axis, more with the height.")       \
+  F(real, bend, 0, -3600, 3600, "deg/m", "Turns about the z axis, more along x.")                \
+  F(real, noise, 0, -NO_LIMIT, NO_LIMIT, "m", "Height of waves of noise added to the surface.")  \
+  F(real, noise_size, 0.25, 1e-6, NO_LIMIT, "m", "Length of these waves.")                       \
+  F(integer, noise_seed, 0, 0, 2147483647, "", "Which waves.")                                   \
+  F(real, detail, 0, 0, NO_LIMIT, "m", "Of the outermost field: parts thicker than this are never missed by a ray; 0: a 4000th of its size.")
 FIELD_STRUCT(ShapeMesh, SHAPE_MESH_FIELDS);
 FIELD_STRUCT(ShapeSphere, SHAPE_SPHERE_FIELDS);
 FIELD_STRUCT(ShapeQuad, SHAPE_QUAD_FIELDS);
@@ -742,10 +778,22 @@ FIELD_STRUCT(ShapeTorus, SHAPE_TORUS_FIELDS);
 FIELD_STRUCT(ShapeCsg, SHAPE_CSG_FIELDS);
 FIELD_STRUCT(ShapeVoxels, SHAPE_VOXELS_FIELDS);
 typedef enum { VOXELS_CORNER, VOXELS_CENTER, VOXELS_FLOOR } VoxelsOrigin;
+FIELD_STRUCT(ShapeRoundBox, SHAPE_ROUND_BOX_FIELDS);
+FIELD_STRUCT(ShapeCapsule, SHAPE_CAPSULE_FIELDS);
+FIELD_STRUCT(ShapeEllipsoid, SHAPE_ELLIPSOID_FIELDS);
+FIELD_STRUCT(ShapeOctahedron, SHAPE_OCTAHEDRON_FIELDS);
+FIELD_STRUCT(ShapeMenger, SHAPE_MENGER_FIELDS);
+FIELD_STRUCT(ShapeMandelbulb, SHAPE_MANDELBULB_FIELDS);
+FIELD_STRUCT(ShapeFormula, SHAPE_FORMULA_FIELDS);
+FIELD_STRUCT(ShapeField, SHAPE_FIELD_FIELDS);
 typedef enum { CSG_UNION, CSG_INTERSECTION, CSG_DIFFERENCE } CsgOperation;
+typedef enum { FIELD_MIX_NONE, FIELD_MIX_COLOR, FIELD_MIX_MATERIAL } FieldMix; // geom/ has its own, in the same order
 
 typedef enum ShapeKind { SHAPE_MESH, SHAPE_SPHERE, SHAPE_QUAD, SHAPE_DISK, SHAPE_BOX, SHAPE_PLANE, SHAPE_TRIANGLE,
-                         SHAPE_CYLINDER, SHAPE_CONE, SHAPE_ENDLESS_CONE, SHAPE_TORUS, SHAPE_CSG, SHAPE_VOXELS } ShapeKind;
+                         SHAPE_CYLINDER, SHAPE_CONE, SHAPE_ENDLESS_CONE, SHAPE_TORUS, SHAPE_CSG, SHAPE_VOXELS,
+                         // Distance fields: a field, and primitives that are fields by themselves.
+                         SHAPE_FIELD, SHAPE_ROUND_BOX, SHAPE_CAPSULE, SHAPE_ELLIPSOID, SHAPE_OCTAHEDRON, SHAPE_MENGER,
+                         SHAPE_MANDELBULB, SHAPE_FORMULA } ShapeKind;
 typedef struct Shape {
   int32_t kind; // ShapeKind
   union {
@@ -761,6 +809,14 @@ typedef struct Shape {
     ShapeTorus torus;
     ShapeCsg csg;
     ShapeVoxels voxels;
+    ShapeField field;
+    ShapeRoundBox round_box;
+    ShapeCapsule capsule;
+    ShapeEllipsoid ellipsoid;
+    ShapeOctahedron octahedron;
+    ShapeMenger menger;
+    ShapeMandelbulb mandelbulb;
+    ShapeFormula formula;
   };
   int32_t mesh_i;  // of SHAPE_MESH: index into scene.meshes for data given inline, by call or by an importer; else -1
   int32_t model_i; // of SHAPE_MESH: index into scene.models for a file; else -1

@@ -59,7 +59,15 @@ bool prepare_solid(const Shape *s, Solid *out, Frame *moved)
   case SHAPE_QUAD:
   case SHAPE_DISK:
   case SHAPE_VOXELS:
-  case SHAPE_CSG: return false;
+  case SHAPE_CSG:
+  case SHAPE_FIELD:
+  case SHAPE_ROUND_BOX:
+  case SHAPE_CAPSULE:
+  case SHAPE_ELLIPSOID:
+  case SHAPE_OCTAHEDRON:
+  case SHAPE_MENGER:
+  case SHAPE_MANDELBULB:
+  case SHAPE_FORMULA: return false;
   }
   unreachable();
 }
@@ -161,6 +169,8 @@ bool prepare_csg(Prepare *p, const CsgPlace *place, int32_t object_i, Instance *
   return prepare_add_instance(p, instance, shading, -1);
 }
 
+static bool can_have_parts(const Shape *s) { return s->kind == SHAPE_CSG || s->kind == SHAPE_FIELD; }
+
 bool prepare_parts(Prepare *p, Source *source)
 {
   const Scene *s = source->scene;
@@ -173,8 +183,8 @@ bool prepare_parts(Prepare *p, Source *source)
     const int32_t whole = s->objects.items[i].common.part_of;
     if (whole < 0) continue;
     const char *name = s->objects.items[i].name;
-    if ((size_t)whole >= i || s->objects.items[whole].shape.kind != SHAPE_CSG)
-      return err_set(p->err, ERR_BAD_SCENE, "objects[%zu]%s%s%s: part_of must name an object of kind csg further up in the list",
+    if ((size_t)whole >= i || !can_have_parts(&s->objects.items[whole].shape))
+      return err_set(p->err, ERR_BAD_SCENE, "objects[%zu]%s%s%s: part_of must name an object of kind csg or field further up in the list",
                      i, name ? " (\"" : "", name ? name : "", name ? "\")" : "");
     source->next_part[i] = source->first_part[whole];
     source->first_part[whole] = (int32_t)i;

@@ -88,6 +88,12 @@ static void see_instance(Extent *e, const World *w, const Instance *i)
     see_box(e, &i->world_from_object, (float[3]){b.lo[0], b.lo[1], b.lo[2]}, (float[3]){b.hi[0], b.hi[1], b.hi[2]});
     return;
   }
+  case INSTANCE_SDF: {
+    const Bounds *b = &i->sdf->bounds;
+    if (!bounds_is_finite(b)) return;
+    see_box(e, &i->world_from_object, (float[3]){b->lo[0], b->lo[1], b->lo[2]}, (float[3]){b->hi[0], b->hi[1], b->hi[2]});
+    return;
+  }
   case INSTANCE_DISK: see_box(e, &i->world_from_object, (float[3]){-r, -r, 0}, (float[3]){r, r, 0}); return;
   }
   unreachable();

@@ -305,6 +305,9 @@ static Emitter shape_emitter(Prepare *p, const Instance *i, const SurfaceMateria
     note_once(&p->world->notes, "a shining csg is not aimed at, which costs noise; use a mesh");
     break;
   case INSTANCE_VOXELS: break; // has many
+  case INSTANCE_SDF:
+    note_once(&p->world->notes, "a shining distance field is not aimed at, which costs noise; use a mesh");
+    break;
   case INSTANCE_DISK:
     e.kind = EMITTER_DISK;
     e.p = f->p;

@@ -3,6 +3,7 @@
 #include "world/merge.h"
 
 #include "base/mem.h"
+#include "geom/sdf_mesh.h"
 #include "world/parts.h"
 
 #include <string.h>
@@ -69,7 +70,8 @@ static Size shape_size(const World *w, size_t i, const MeshData *mesh)
   case INSTANCE_DISK: return (Size){AROUND + 1, AROUND};
   case INSTANCE_SOLID: return solid_size(accel_instances(w->accel)[i].solid);
   case INSTANCE_CSG:
-  case INSTANCE_VOXELS: return (Size){0};
+  case INSTANCE_VOXELS:
+  case INSTANCE_SDF: return (Size){0}; // has a mesh of its own
   }
   unreachable();
 }
@@ -242,11 +244,40 @@ static void put_solid(Merging *m, const Solid *s)
 static bool is_unmeshable(const Instance *i)
 {
   if (i->kind == INSTANCE_CSG || i->kind == INSTANCE_VOXELS) return true;
+  if (i->kind == INSTANCE_SDF) return !bounds_is_finite(&i->sdf->bounds);
   return i->kind == INSTANCE_SOLID &&
          (i->solid->kind == SOLID_PLANE || !(i->solid->high - i->solid->low < INFINITY));
 }
 
-static bool put_instance(Merging *m, const World *w, size_t i, const MeshData *mesh)
+static void put_field(Merging *m, const SdfMesh *field)
+{
+  const size_t base = m->vertex;
+  for (size_t i = 0; i < field->vertices.count; i++) {
+    const SdfMeshVertex *v = &field->vertices.items[i];
+    put_vertex(m, v3_load(v->p), v3_load(v->n), 0, 0);
+  }
+  for (size_t i = 0; i < field->triangles.count; i += 3) {
+    const uint32_t *t = field->triangles.items + i;
+    put_triangle(m, base, t[0], t[1], t[2]);
+  }
+}
+
+// The surfaces of all fields that are to be seen; one an instance, most of them empty.
+static SdfMesh *mesh_fields(const World *w, Err *err)
+{
+  SdfMesh *fields = mem_zero(w->instance_count, sizeof *fields);
+  bool ok = fields || err_memory(err, "the merged mesh", w->instance_count * sizeof *fields);
+  for (size_t i = 0; ok && i < w->instance_count; i++) {
+    const Instance *in = &accel_instances(w->accel)[i];
+    if (in->kind == INSTANCE_SDF && !is_light(w, i)) ok = sdf_mesh_make(&fields[i], in->sdf, SDF_MESH_SIDE, err);
+  }
+  if (ok) return fields;
+  for (size_t i = 0; fields && i < w->instance_count; i++) sdf_mesh_finish(&fields[i]);
+  mem_free(fields);
+  return NULL;
+}
+
+static bool put_instance(Merging *m, const World *w, size_t i, const MeshData *mesh, const SdfMesh *field)
 {
   m->instance = &accel_instances(w->accel)[i];
   m->is_mirrored = frame_determinant(&m->instance->world_from_object) < 0;
@@ -256,19 +287,20 @@ static bool put_instance(Merging *m, const World *w, size_t i, const MeshData *m
   case INSTANCE_QUAD: put_quad(m, m->instance->size[0], m->instance->size[1]); return true;
   case INSTANCE_DISK: put_disk(m, m->instance->size[0]); return true;
   case INSTANCE_SOLID: put_solid(m, m->instance->solid); return true;
+  case INSTANCE_SDF: put_field(m, field); return true;
   case INSTANCE_CSG:
   case INSTANCE_VOXELS: return true;
   }
   unreachable();
 }
 
-static Size whole_size(const World *w, const MeshData *const *meshes)
+static Size whole_size(const World *w, const MeshData *const *meshes, const SdfMesh *fields)
 {
   Size size = {0};
   for (size_t i = 0; i < w->instance_count; i++) {
     const Size s = is_light(w, i) ? (Size){0} : shape_size(w, i, meshes[i]);
-    size.vertices += s.vertices;
-    size.triangles += s.triangles;
+    size.vertices += s.vertices + fields[i].vertices.count;
+    size.triangles += s.triangles + fields[i].triangles.count / 3;
   }
   return size;
 }
@@ -301,21 +333,26 @@ MeshData *world_merge(const World *w, Err *err)
   for (size_t i = 0; i < w->instance_count; i++)
     if (is_unmeshable(&accel_instances(w->accel)[i]))
       return err_set(err, ERR_BAD_SCENE, "planes, other shapes without ends, csg and voxels cannot be written as triangles; take them out first"), NULL;
-  const MeshData **meshes = w->instance_count ? list_meshes(w) : NULL;
-  if (w->instance_count && !meshes) return err_memory(err, "the merged mesh", 8 * w->instance_count), NULL;
-  const Size size = whole_size(w, meshes);
+  if (!w->instance_count) return check_size((Size){0}, err), NULL;
+  const MeshData **meshes = list_meshes(w);
+  SdfMesh *fields = meshes ? mesh_fields(w, err) : NULL;
+  if (!meshes) return err_memory(err, "the merged mesh", 8 * w->instance_count), NULL;
+  if (!fields) return mem_free(meshes), NULL;
+  const Size size = whole_size(w, meshes, fields);
   Merging m = {0};
   if (check_size(size, err)) {
     m.out = create_sized(size);
     bool ok = m.out;
     for (size_t i = 0; ok && i < w->instance_count; i++)
-      ok = is_light(w, i) || put_instance(&m, w, i, meshes[i]);
+      ok = is_light(w, i) || put_instance(&m, w, i, meshes[i], &fields[i]);
     if (!ok) {
       err_memory(err, "the merged mesh", 32ull * size.vertices);
       mesh_data_release(m.out);
       m.out = NULL;
     }
   }
+  for (size_t i = 0; i < w->instance_count; i++) sdf_mesh_finish(&fields[i]);
+  mem_free(fields);
   mem_free(meshes);
   return m.out;
 }

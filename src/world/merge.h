@@ -1,5 +1,5 @@
 // Merge: every surface of a world as one triangle mesh in world space, for programs that know nothing else. Spheres, cylinders, cones, tori
-// and disks become facets; materials and the sharing of instances are lost.
+// and disks become facets, distance fields what geom/sdf_mesh.h makes of them; materials and the sharing of instances are lost.
 
 #ifndef RAYFOLD_WORLD_MERGE_H
 #define RAYFOLD_WORLD_MERGE_H

@@ -219,6 +219,14 @@ static bool add_bent(Prepare *p, const Object *o, MeshData *mesh, Placing *at)
   case SHAPE_ENDLESS_CONE:
   case SHAPE_TORUS:
   case SHAPE_VOXELS:
+  case SHAPE_FIELD:
+  case SHAPE_ROUND_BOX:
+  case SHAPE_CAPSULE:
+  case SHAPE_ELLIPSOID:
+  case SHAPE_OCTAHEDRON:
+  case SHAPE_MENGER:
+  case SHAPE_MANDELBULB:
+  case SHAPE_FORMULA:
   case SHAPE_CSG: break;
   }
   return err_set(p->err, ERR_BAD_SCENE, "object \"%s\": in a curved cell there are spheres, quads, disks, boxes and meshes only; make it a mesh",
@@ -269,6 +277,17 @@ static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t m
     return prepare_csg(p, &whole, (int32_t)level->next - 1, i, &at.surface);
   }
   case SHAPE_VOXELS: return prepare_voxels(p, level->source, o, material, i, &at.surface);
+  case SHAPE_FIELD:
+  case SHAPE_ROUND_BOX:
+  case SHAPE_CAPSULE:
+  case SHAPE_ELLIPSOID:
+  case SHAPE_OCTAHEDRON:
+  case SHAPE_MENGER:
+  case SHAPE_MANDELBULB:
+  case SHAPE_FORMULA: {
+    const CsgPlace whole = {level->source, level->frame, level->material};
+    return prepare_field(p, &whole, (int32_t)level->next - 1, i, &at.surface);
+  }
   case SHAPE_BOX: {
     MeshData *box = prepare_unit_box(p);
     if (!box) return prepare_failed_memory(p);

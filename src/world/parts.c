@@ -33,6 +33,8 @@ void parts_finish(WorldParts *p)
   array_finish(&p->densities);
   for (size_t i = 0; i < p->voxels.count; i++) voxels_release(p->voxels.items[i]);
   array_finish(&p->voxels);
+  for (size_t i = 0; i < p->fields.count; i++) sdf_body_release(p->fields.items[i]);
+  array_finish(&p->fields);
   array_finish(&p->images);
   array_finish(&p->seen);
   table_finish(&p->meshes_found);

@@ -9,6 +9,7 @@
 #include "base/err.h"
 #include "base/jobs.h"
 #include "base/table.h"
+#include "geom/sdf_cells.h"
 #include "geom/tangents.h"
 #include "image/mips.h"
 #include "scene/scene.h"
@@ -61,6 +62,7 @@ typedef struct WorldParts { // what a World's parts member points to
   ARRAY(ImagePart *) images;
   ARRAY(DensityPart *) densities;
   ARRAY(struct Voxels *) voxels; // shared; each once
+  ARRAY(SdfBody *) fields;
   ARRAY(SeenBytes) seen;
   ARRAY(MipsPart *) mips;
   Table meshes_found; // address of the data's origin -> mesh

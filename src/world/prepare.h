@@ -14,7 +14,7 @@ typedef struct Source {
   uint32_t material_base, volume_base;
   int32_t *color_maps, *data_maps; // texture -> TextureMap index for colours and for other data, -1: not made yet
   int32_t *mesh_parts;             // mesh -> part
-  int32_t *first_part, *next_part; // object -> the first of its csg parts; a part -> the next of the same, -1: none
+  int32_t *first_part, *next_part; // object -> the first of its parts (csg, field); a part -> the next of the same, -1: none
 } Source;
 
 typedef struct Prepare {
@@ -77,16 +77,18 @@ SurfaceMaterial surface_default(void);
 bool prepare_objects(Prepare *p);
 bool prepare_sources(Prepare *p, const Scene *scene); // the scene and, below it, its models
 
-// Where a csg object lies.
+// Where a csg or a field lies.
 typedef struct CsgPlace {
   const Source *source;
   Frame frame;
   int32_t material; // override, index into the world's; -1: none
 } CsgPlace;
 
-bool prepare_parts(Prepare *p, Source *source); // finds and checks the parts of all csg objects
+bool prepare_parts(Prepare *p, Source *source); // finds and checks the parts of all csg and field objects
 // The body of the object and its parts as one more instance; its mask and object are given.
 bool prepare_csg(Prepare *p, const CsgPlace *place, int32_t object_i, Instance *instance, WorldInstance *shading);
+// The object, a field or a primitive that is one, with its parts as one more instance; its place, mask and object are given.
+bool prepare_field(Prepare *p, const CsgPlace *place, int32_t object_i, Instance *instance, WorldInstance *shading);
 // The shape as a solid, and the map it is to be moved by first; false for shapes that are none.
 bool prepare_solid(const Shape *s, Solid *out, Frame *moved);
 
