@@ -119,6 +119,10 @@ static void put_random(Scene *s, const Field *f, void *at)
   case FIELD_texture:
     *(int32_t *)at = (int32_t)(next_random() % (uint32_t)(s->textures.count + 1)) - 1;
     return;
+  case FIELD_sky:
+  case FIELD_cell:
+  case FIELD_gate: *(int32_t *)at = -1; return; // see test_worlds.c
+  case FIELD_points: return;
   case FIELD_object: *(int32_t *)at = -1; return; // must stand further up, see test_shapes.c
   case FIELD_material:
     *(int32_t *)at = (int32_t)(next_random() % (uint32_t)(s->materials.count + 1)) - 1;
