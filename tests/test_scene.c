@@ -382,11 +382,12 @@ static void refuse_values(const Section *c, const Kind *k, bool in_nested, const
   for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
     if ((i == 1 && f->type == FIELD_flag) || (i == 3 && (is_number || is_three)) || (i == 2 && is_text))
       continue;
-    check_value_refused(c, k, in_nested, f, wrong[i], false);
+    check_value_refused(c, k, in_nested, f, wrong[i], f->type == FIELD_points && i == 5); // a list, of what is none
   }
   const bool may_be_null =
       is_text || f->type == FIELD_matrix || f->type == FIELD_texture ||
-      f->type == FIELD_material || f->type == FIELD_medium || f->type == FIELD_object;
+      f->type == FIELD_material || f->type == FIELD_medium || f->type == FIELD_object ||
+      f->type == FIELD_sky || f->type == FIELD_cell || f->type == FIELD_gate;
   if (!may_be_null) check_value_refused(c, k, in_nested, f, "null", false);
   if (!is_number && !is_three && f->type != FIELD_vec2 && f->type != FIELD_size) return;
   const int count = is_number ? 1 : f->type == FIELD_vec2 || f->type == FIELD_size ? 2 : 3;
