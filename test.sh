@@ -24,11 +24,11 @@ tools/headers.sh build
 ctest --test-dir build --output-on-failure -j 2
 
 step "clang, warnings are errors"
-build build-clang all -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O0" -DRAYFOLD_WERROR=ON -DRAYFOLD_TESTS=ON
+build build-clang rayfold_program -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O0" -DRAYFOLD_WERROR=ON
 
 step "units under ASan and UBSan"
 build build-asan all -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g" -DRAYFOLD_SANITIZE=address,undefined
-ctest --test-dir build-asan --output-on-failure -j 2
+ctest --test-dir build-asan --output-on-failure -j 2 -LE night
 
 step "threads under TSan"
 build build-tsan thread_tests -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g" -DRAYFOLD_SANITIZE=thread

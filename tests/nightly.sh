@@ -82,6 +82,14 @@ if command -v clang >/dev/null; then
   tell D5 'gcc and clang, -O2 and -O3: one hash a scene' "$count pictures" $same
 fi
 
+# --- R4, S: the program from outside, under sanitizers --------------------------------------------------
+watched=$work/watched
+cmake -S "$source" -B "$watched" -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g" \
+  -DRAYFOLD_SANITIZE=address,undefined >watched.log 2>&1 && cmake --build "$watched" --target rayfold_program >watched.log 2>&1
+"$source/tests/cli.sh" "$watched/rayfold" >watched.log 2>&1
+rc=$?
+tell S 'every command and option under ASan and UBSan' "$(tail -1 watched.log)" "$([ $rc -eq 0 ] && echo yes)"
+
 # --- R2: killed in mid-render ------------------------------------------------------------------------
 wanted=$(shortened 200)
 good=0
