@@ -22,7 +22,9 @@
 #include "base/span.h"
 #include "base/text.h"
 #include "base/vec.h"
+#include "scene/cell_kinds.h"
 #include "scene/field.h"
+#include "scene/voxel_kinds.h"
 
 #include <stdatomic.h>
 
@@ -159,89 +161,6 @@ typedef struct NamedSky {
   const char *name;
   Sky sky;
 } NamedSky;
-
-// --- cells and gates ------------------------------------------------------------------------------
-// A cell is a space of its own, with its own coordinates; whatever names none is in the one that has no name. A gate is
-// a surface whose other side lies elsewhere. See docs/worlds.md. Curved cells have the coordinates of their chart
-// (space/chart.h).
-#define CELL_FIELDS(F)                                                                                              \
-  F(sky,    sky, -1, 0, 0, "", "What is seen in it where nothing is, of `skies`; none: the scene's own.")           \
-  F(medium, atmosphere, -1, 0, 0, "", "A homogeneous medium that fills all of it.")                                 \
-  F(vec3,   gravity, (0, -9.81, 0), -NO_LIMIT, NO_LIMIT, "m/s2", "Which way walkers fall; zero: they float.")       \
-  F(real,   beams, 0, 0, NO_LIMIT, "m", "With `space`: radius of beams along the edges of the solid that is repeated; 0 is none.") \
-  F(material, beam_material, -1, 0, 0, "", "What the beams are made of.")
-#define CELL_FLAT_FIELDS(F)                                                                                         \
-  F(choice, space, 0, 0, 0, "none|torus|half_turn|klein|hantzsche_wendt", "Makes a finite space without an edge of it: who goes far enough is back. `torus` by three moves, `half_turn` turned about y by the move along y, `klein` mirrored along x by the move along z, `hantzsche_wendt` by three screws.") \
-  F(vec3,   size, (4, 4, 4), 1e-3, NO_LIMIT, "m", "With `space`: after how much it repeats, along x, y and z.")
-#define CELL_SPHERICAL_FIELDS(F)                                                                                    \
-  F(real,   radius, 10, 1e-3, 1e6, "m", "Radius of curvature: all the way round is 2 pi of it.")                    \
-  F(choice, space, 0, 0, 0, "poincare|quaternionic|lens", "Which finite space: a dodecahedron glued to itself with a tenth of a turn, a cube with a quarter, or the lens space L(p, q).") \
-  F(integer, p, 5, 3, 24, "", "Of a lens space: of how many cells the sphere is made.")                             \
-  F(integer, q, 2, 1, 23, "", "Of a lens space: how many p-ths of a turn each step makes; no factor common with p.")
-#define CELL_HYPERBOLIC_FIELDS(F)                                                                                   \
-  F(real,   radius, 5, 1e-3, 1e6, "m", "Radius of curvature: a circle of this radius is 1.18 times as long as a flat one.") \
-  F(choice, space, 0, 0, 0, "seifert_weber|right_angled|cubes", "Which space: a dodecahedron glued to itself with three tenths of a turn, dodecahedra with right angles whose faces are mirrors of space, or cubes five round an edge, whose content must look the same from each face.")
-FIELD_STRUCT(CellCommon, CELL_FIELDS);
-FIELD_STRUCT(CellFlat, CELL_FLAT_FIELDS);
-FIELD_STRUCT(CellSpherical, CELL_SPHERICAL_FIELDS);
-FIELD_STRUCT(CellHyperbolic, CELL_HYPERBOLIC_FIELDS);
-typedef enum { FLAT_NONE, FLAT_TORUS, FLAT_HALF_TURN, FLAT_KLEIN, FLAT_HANTZSCHE_WENDT } FlatSpace;
-typedef enum { SPHERICAL_POINCARE, SPHERICAL_QUATERNIONIC, SPHERICAL_LENS } SphericalSpace;
-typedef enum { HYPERBOLIC_SEIFERT_WEBER, HYPERBOLIC_RIGHT_ANGLED, HYPERBOLIC_CUBES } HyperbolicSpace;
-typedef enum CellKind { CELL_FLAT, CELL_SPHERICAL, CELL_HYPERBOLIC } CellKind;
-typedef struct Cell {
-  const char *name;
-  int32_t kind; // CellKind
-  CellCommon common;
-  union {
-    CellFlat flat;
-    CellSpherical spherical;
-    CellHyperbolic hyperbolic;
-  };
-} Cell;
-
-#define GATE_FIELDS(F)                                                                                              \
-  F(cell,   cell, -1, 0, 0, "", "The cell it stands in.")                                                           \
-  F(vec3,   translate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "Where its middle is.")                                 \
-  F(vec3,   rotate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "deg", "Turned about x, then y, then z; unturned, the front of a flat one faces +z.") \
-  F(gate,   to, -1, 0, 0, "", "The gate it leads to, which leads back. One of another size makes what passes larger or smaller.") \
-  F(choice, out, 0, 0, 0, "front|back", "Of flat ones: what goes in at the front comes out of that side. `front` for doors into two rooms, `back` for one opening cut in two.") \
-  F(choice, sides, 0, 0, 0, "both|front", "Whether the back leads on likewise. A side that leads nowhere is not there.") \
-  F(gate,   back_to, -1, 0, 0, "", "Where the back leads instead, by the same rules.")                              \
-  F(flag,   one_way, 0, 0, 1, "", "The gate it leads to does not lead back.")                                       \
-  F(flag,   mirror, 0, 0, 1, "", "Left and right change places on the way.")                                        \
-  F(flag,   wall, 0, 0, 1, "", "The cell ends at this flat gate: nothing of it lies beyond its plane, and rays leave by it, never past its edge.") \
-  F(cell,   to_cell, -1, 0, 0, "", "Without `to`: the cell it leads to, one way; none: its own.")                   \
-  F(vec3,   to_translate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "Without `to`: where one comes out, as if the gate were carried there.") \
-  F(vec3,   to_rotate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "deg", "Without `to`: how it is turned there.")              \
-  F(real,   to_scale, 1, 1e-6, 1e6, "", "Without `to`: how much larger it is there.")
-FIELD_STRUCT(GateCommon, GATE_FIELDS);
-#define GATE_RECT_FIELDS(F) \
-  F(vec2, size, (1, 2), 1e-6, NO_LIMIT, "m", "Width and height.")
-#define GATE_POLYGON_FIELDS(F) \
-  F(points, points, 0, -NO_LIMIT, NO_LIMIT, "m", "Its corners, counter-clockwise seen from the front.")
-#define GATE_BOX_FIELDS(F) \
-  F(vec3, size, (1, 1, 1), 1e-6, NO_LIMIT, "m", "Extent along x, y and z; its front is outside.")
-#define GATE_SPHERE_FIELDS(F) \
-  F(real, radius, 1, 1e-6, NO_LIMIT, "m", "Its front is outside.")
-FIELD_STRUCT(GateRect, GATE_RECT_FIELDS);
-FIELD_STRUCT(GatePolygon, GATE_POLYGON_FIELDS);
-FIELD_STRUCT(GateBox, GATE_BOX_FIELDS);
-FIELD_STRUCT(GateSphere, GATE_SPHERE_FIELDS);
-typedef enum { GATE_OUT_FRONT, GATE_OUT_BACK } GateOut;
-typedef enum { GATE_SIDES_BOTH, GATE_SIDES_FRONT } GateSides;
-typedef enum GateKind { GATE_RECT, GATE_POLYGON, GATE_BOX, GATE_SPHERE } GateKind;
-typedef struct Gate {
-  const char *name;
-  int32_t kind; // GateKind
-  GateCommon common;
-  union {
-    GateRect rect;
-    GatePolygon polygon;
-    GateBox box;
-    GateSphere sphere;
-  };
-} Gate;
 
 // --- textures -----------------------------------------------------------------------------------
 #define TEXTURE_FIELDS(F)                                                                                     \
@@ -576,107 +495,6 @@ typedef struct Mesh {
   int32_t *slots;       // slot -> material index of the same scene, -1: the default material; in the arena
   size_t slot_count;    // may be 0
 } Mesh;
-
-// --- voxels -------------------------------------------------------------------------------------
-// An entry of a palette.
-#define VOXEL_FIELDS(F)                                                                                               \
-  F(color, color, (0.8, 0.8, 0.8), 0, 1, "", "Its colour.")                                                           \
-  F(real,  roughness, 0.9, 0, 1, "", "0 is polished.")                                                                \
-  F(real,  metallic, 0, 0, 1, "", "0 a dielectric, 1 a metal.")                                                       \
-  F(real,  emission, 0, 0, NO_LIMIT, "W/m2sr", "Radiance is color times this; such voxels are lights.")               \
-  F(real,  transmission, 0, 0, 1, "", "Above 0 it lets light through: glass, and between equal ones there is no wall.") \
-  F(real,  ior, 1.5, 1, 5, "", "Index of refraction.")                                                                \
-  F(text,  material, NULL, 0, 0, "", "Name of a material of the scene, instead of these numbers; color multiplies its own.")
-FIELD_STRUCT(VoxelFields, VOXEL_FIELDS);
-
-// A step of a program that fills a grid, and an edit of one. Places count in voxels from the grid's first corner.
-#define VOXEL_STEP_FIELDS(F)                                                                                          \
-  F(text,    voxel, NULL, 0, 0, "", "Name of an entry of the palette; none: a plain one of this `color`.")            \
-  F(color,   color, (0.8, 0.8, 0.8), 0, 1, "", "Without `voxel`.")                                                    \
-  F(choice,  mode, 0, 0, 0, "set|add|paint|erase", "Fill all cells, only empty ones, only filled ones, or empty them.") \
-  F(real,    randomness, 0, 0, 1, "", "How far colours differ from cell to cell: 1 is half of the range up and down.") \
-  F(integer, seed, 0, 0, 2147483647, "", "Another seed, other colours.")                                              \
-  F(integer, repeat, 1, 1, 4096, "", "How often, each time moved on by `offset`.")                                    \
-  F(vec3,    offset, (0, 0, 0), -4096, 4096, "voxels", "From one to the next.")
-#define VOXEL_BOX_FIELDS(F)                                                                                           \
-  F(vec3,    corner, (0, 0, 0), -4096, 4096, "voxels", "Its lowest corner.")                                          \
-  F(vec3,    size, (1, 1, 1), 0, 4096, "voxels", "Along x, y and z.")                                                 \
-  F(real,    hollow, 0, 0, 4096, "voxels", "Above 0 only a skin this thick.")
-#define VOXEL_SPHERE_FIELDS(F)                                                                                        \
-  F(vec3,    center, (0, 0, 0), -4096, 8192, "voxels", "The middle of the first cell is 0.5.")                        \
-  F(real,    radius, 1, 0, 8192, "voxels", "Cells are in it by their middles.")                                       \
-  F(real,    hollow, 0, 0, 4096, "voxels", "Above 0 only a skin this thick.")
-#define VOXEL_LINE_FIELDS(F)                                                                                          \
-  F(vec3,    from, (0, 0, 0), -4096, 8192, "voxels", "One end.")                                                      \
-  F(vec3,    to, (0, 0, 0), -4096, 8192, "voxels", "The other.")                                                      \
-  F(real,    radius, 0.87, 0, 4096, "voxels", "Of the round line; 0.87 and above has no gaps.")
-#define VOXEL_CYLINDER_FIELDS(F)                                                                                      \
-  F(vec3,    base, (0, 0, 0), -4096, 8192, "voxels", "The middle of its bottom.")                                     \
-  F(real,    radius, 1, 0, 4096, "voxels", "Of the bottom.")                                                          \
-  F(real,    top_radius, -1, -1, 4096, "voxels", "Of the top; below 0 the same, 0 a cone.")                           \
-  F(real,    height, 1, 0, 4096, "voxels", "Upwards, along y.")                                                       \
-  F(real,    hollow, 0, 0, 4096, "voxels", "Above 0 only a wall this thick, open above and below.")
-#define VOXEL_HILLS_FIELDS(F)                                                                                         \
-  F(vec3,    corner, (0, 0, 0), -4096, 4096, "voxels", "Its lowest corner.")                                          \
-  F(vec3,    size, (1, 1, 1), 0, 4096, "voxels", "Along x and z, and the height of the highest.")                     \
-  F(real,    lump, 32, 1, 4096, "voxels", "Width of the largest hills.")                                              \
-  F(integer, octaves, 4, 1, 12, "", "Sizes of hills, each half the one before.")
-#define VOXEL_HEIGHTS_FIELDS(F)                                                                                       \
-  F(file,    file, NULL, 0, 0, "", "A picture: black is no height, white is all of size.y; its bottom row lies at the highest z.") \
-  F(vec3,    corner, (0, 0, 0), -4096, 4096, "voxels", "The lowest corner of what it makes.")                         \
-  F(vec3,    size, (64, 32, 64), 1, 4096, "voxels", "Along x, the height, and along z.")                              \
-  F(flag,    colored, 0, 0, 1, "", "Colour columns as the picture is, and take the mean of its channels for the height.")
-#define VOXEL_FLOOD_FIELDS(F)                                                                                         \
-  F(vec3,    at, (0, 0, 0), 0, 4095, "voxels", "A cell: all of the same entry that hang together with it by their sides.")
-#define VOXEL_EXTRUDE_FIELDS(F)                                                                                       \
-  F(vec3,    at, (0, 0, 0), 0, 4095, "voxels", "A cell: its side, and those beside it in the same plane and of the same entry.") \
-  F(choice,  face, 3, 0, 0, "-x|+x|-y|+y|-z|+z", "Which side.")                                                       \
-  F(integer, amount, 1, -4096, 4096, "voxels", "How far out; below 0 it is cut in.")
-#define VOXEL_REPLACE_FIELDS(F)                                                                                       \
-  F(text,    what, NULL, 0, 0, "", "Cells of this entry of the palette; none: of `what_color`, or all that are filled.") \
-  F(color,   what_color, (-1, -1, -1), -1, 1, "", "Cells of this colour, of any entry.")
-FIELD_STRUCT(VoxelStepFields, VOXEL_STEP_FIELDS);
-FIELD_STRUCT(VoxelBox, VOXEL_BOX_FIELDS);
-FIELD_STRUCT(VoxelSphere, VOXEL_SPHERE_FIELDS);
-FIELD_STRUCT(VoxelStroke, VOXEL_LINE_FIELDS);
-FIELD_STRUCT(VoxelCylinder, VOXEL_CYLINDER_FIELDS);
-FIELD_STRUCT(VoxelHills, VOXEL_HILLS_FIELDS);
-FIELD_STRUCT(VoxelHeights, VOXEL_HEIGHTS_FIELDS);
-FIELD_STRUCT(VoxelFlood, VOXEL_FLOOD_FIELDS);
-FIELD_STRUCT(VoxelExtrude, VOXEL_EXTRUDE_FIELDS);
-FIELD_STRUCT(VoxelReplace, VOXEL_REPLACE_FIELDS);
-typedef enum { VOXEL_SET, VOXEL_ADD, VOXEL_PAINT, VOXEL_ERASE } VoxelMode;
-
-typedef enum VoxelStepKind { STEP_BOX, STEP_SPHERE, STEP_LINE, STEP_CYLINDER, STEP_HILLS, STEP_HEIGHTS, STEP_FLOOD,
-                             STEP_EXTRUDE, STEP_REPLACE } VoxelStepKind;
-typedef struct VoxelStep {
-  int32_t kind; // VoxelStepKind
-  VoxelStepFields common;
-  union {
-    VoxelBox box;
-    VoxelSphere sphere;
-    VoxelStroke line;
-    VoxelCylinder cylinder;
-    VoxelHills hills;
-    VoxelHeights heights;
-    VoxelFlood flood;
-    VoxelExtrude extrude;
-    VoxelReplace replace;
-  };
-} VoxelStep;
-
-// Voxels of the scene, one for each state that an object's had, so that undo finds the last: they share what is the same.
-// What they were made of is kept as the text that makes them again.
-typedef struct VoxelText {
-  const char *json;               // a step, in the arena
-  const struct VoxelText *before; // the step before it; NULL: it is the first
-} VoxelText;
-typedef struct SceneVoxels {
-  struct Voxels *data;     // shared; image/voxels.h
-  const char *head;        // ,"size":...,"palette":... as it stood in the file, in the arena; NULL: nothing
-  const VoxelText *steps;  // the last one; NULL: none
-  bool is_program;         // head, steps and the shape's file say all; false: the cells must be written out
-} SceneVoxels;
 
 // --- objects ------------------------------------------------------------------------------------
 #define OBJECT_FIELDS(F)                                                                                            \
