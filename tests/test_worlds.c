@@ -55,6 +55,7 @@ static uint64_t hash_of(const char *json, Integrator integrator, IsaLevel isa)
 #define HALL(front, back, gates)                                                                                     \
   "{ \"rayfold\": 1, \"render\": { \"size\": [40, 30], \"spp\": 4, \"max_depth\": 3 },"                                \
   "\"camera\": { \"position\": [0.3, 1.2, 3.5], \"target\": [0, 1, -3], \"fov\": 60 " front "},"                        \
+  "\"sky\": { \"kind\": \"constant\", \"color\": [0.3, 0.4, 0.6] },"                                                     \
   "\"materials\": { \"w\": { \"kind\": \"lambert\", \"albedo\": 0.7 }, \"m\": { \"kind\": \"mirror\" } },"              \
   gates "\"objects\": ["                                                                                                \
   "{ \"shape\": { \"kind\": \"quad\", \"size\": [4, 4] }, \"translate\": [0, 0, 2], \"rotate\": [-90, 0, 0], \"material\": \"w\"" front "}," \

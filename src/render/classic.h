@@ -103,12 +103,30 @@ static inline bool classic_sky_is_black(const SkyMap *sky)
   return sky->kind == SKY_MAP_CONSTANT && v3_is_zero(sky->color * sky->gain);
 }
 
-// Where a scatter ray ends no ray goes on, so aiming has all the weight, and a sky that is not aimed at is asked for.
+// A ray that nobody aims may go through gates to another cell's sky, or be lost among them: what it brings in the end. A
+// sky of this cell that is aimed at brings nothing.
+static inline Vec3 classic_sky_beyond(const Wave *w, const Path *p, const PathVertex *v, Vec3 wl, size_t group)
+{
+  const World *world = w->pass->world;
+  Ray ray = trace_light_ray(&v->s, wl, INFINITY);
+  Way way = way_begin(p->way.cell);
+  Hit hit;
+  const bool is_hit = way_closest(world, &ray, &way, RAY_SHADOW, path_ray_seed(p, 1 + (uint32_t)group), w->counters, &hit);
+  const SkyMap *sky = &world_lights(world, way.cell)->sky;
+  if (!is_hit && !way.crossings) return sky->is_sampled ? v3_all(0) : sky_radiance(sky, ray.d);
+  if (!is_hit) return path_sky_left(world, &way, sky_radiance(sky, ray.d), way_length(&way, ray.tmin));
+  const float length = local_length(world_curvature(world, way.cell), &ray, hit.t);
+  return world->fade_color * (1 - space_fade(world->fade, way_length(&way, length)));
+}
+
+// Where a scatter ray ends no ray goes on, so aiming has all the weight, and a sky that is not aimed at is asked for; in
+// worlds with gates at once, so that what is left to ask is a ray of no length.
 static inline void classic_side_lights(Wave *w, const Path *p, const PathVertex *v)
 {
   const LightSet *lights = world_lights(w->pass->world, p->way.cell);
   const size_t groups = light_group_count(lights);
   const BsdfView view = bsdf_view(&v->bsdf, frame_local(&v->bsdf.frame, v->wo));
+  const bool has_gates = world_has_gates(w->pass->world);
   for (size_t g = 0; g < groups; g++) {
     LightSample l;
     float pdf, length;
@@ -120,11 +138,15 @@ static inline void classic_side_lights(Wave *w, const Path *p, const PathVertex 
                  p->throughput * f * l.radiance * (path_light_fade(w->pass->world, length) / l.pdf));
   }
   BsdfSample next;
-  if (lights->sky.is_sampled || classic_sky_is_black(&lights->sky) ||
+  if ((!has_gates && (lights->sky.is_sampled || classic_sky_is_black(&lights->sky))) ||
       !bsdf_sample_view(&v->bsdf, &view, path_draw(p, PAIR_CHOICES).x, path_draw(p, PAIR_SCATTER), &next))
     return;
   next.wl = local_direction(v->kappa, v->s.p, next.wl);
-  classic_push(w, p, v, groups, next.wl, INFINITY, INFINITY, 0, p->throughput * next.weight * sky_radiance(&lights->sky, next.wl));
+  const Vec3 weight = p->throughput * next.weight;
+  if (has_gates)
+    classic_push(w, p, v, groups, next.wl, 0, INFINITY, 0, weight * classic_sky_beyond(w, p, v, next.wl, groups));
+  else
+    classic_push(w, p, v, groups, next.wl, INFINITY, INFINITY, 0, weight * sky_radiance(&lights->sky, next.wl));
 }
 
 // --- scatter ------------------------------------------------------------------------------------------

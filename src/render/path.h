@@ -158,6 +158,12 @@ static inline void path_add_emission(Path *p, const SurfaceMaterial *m, const Su
   path_add(p, p->depth, p->throughput * emitted * weight);
 }
 
+// What is left of a sky's light that came through gates.
+static inline Vec3 path_sky_left(const World *w, const Way *way, Vec3 light, float gates_end)
+{
+  return way->is_lost ? w->fade_color : w->fade_color + (light - w->fade_color) * space_fade(w->fade, gates_end);
+}
+
 // The ray leaves the scene along d, from the last gate `gates_end` along its way: the sky, and the disks of suns.
 static inline void path_add_sky(Path *p, Vec3 d, float gates_end)
 {
@@ -172,10 +178,7 @@ static inline void path_add_sky(Path *p, Vec3 d, float gates_end)
     const Sun *sun = &lights->suns[i];
     light += sun_radiance(sun, d) * path_found_weight(p, is_aimed ? sun_pdf(sun, d) : 0);
   }
-  if (!is_direct) {
-    const float left = space_fade(w->fade, gates_end);
-    light = p->way.is_lost ? w->fade_color : w->fade_color + (light - w->fade_color) * left;
-  }
+  if (!is_direct) light = path_sky_left(w, &p->way, light, gates_end);
   path_add(p, p->depth, p->throughput * light * path_fade(p->absorption, INFINITY));
 }
 
