@@ -37,11 +37,11 @@ static void add_point(Scene *s, float x, float y, float z, float intensity)
   set3(l->point.intensity, intensity, intensity, intensity);
 }
 
-// A picture of `side` pixels seen from (0, 0, 4) towards -z; the caller frees the film.
-static Film *picture(const Scene *s, uint32_t side, uint32_t tile, IsaLevel isa)
+static Film *picture_by(const Scene *s, uint32_t side, uint32_t tile, IsaLevel isa, bool with_lanes)
 {
   Err err = {0};
   World *w = world_prepare(s, NULL, NULL, NULL, NULL, &err);
+  if (w && !with_lanes) w->lanes = NULL;
   Camera c = {.kind = CAMERA_PERSPECTIVE, .common = {.position = {0, 0, 4}, .up = {0, 1, 0}}, .perspective = {.fov = 40}};
   Film *f = film_create(side, side, ALL_PLANES, NULL);
   RenderJob job = {.world = w, .settings = s->render, .film = f, .end_sample = 1, .tile_size = tile};
@@ -53,15 +53,20 @@ static Film *picture(const Scene *s, uint32_t side, uint32_t tile, IsaLevel isa)
   return f;
 }
 
+// A picture of `side` pixels seen from (0, 0, 4) towards -z; the caller frees the film.
+static Film *picture(const Scene *s, uint32_t side, uint32_t tile, IsaLevel isa) { return picture_by(s, side, tile, isa, true); }
+
 // The red of the one pixel that looks straight ahead.
-static double middle(const Scene *s)
+static double middle_by(const Scene *s, bool with_lanes)
 {
-  Film *f = picture(s, 1, 0, cpu_best_isa());
+  Film *f = picture_by(s, 1, 0, cpu_best_isa(), with_lanes);
   float out[4];
   CHECK(film_resolve(f, FILM_BEAUTY, out));
   film_destroy(f);
   return (double)out[0];
 }
+
+static double middle(const Scene *s) { return middle_by(s, true); }
 
 TEST(light_models_in_classic_units)
 {
@@ -164,6 +169,28 @@ TEST(shadows)
   set3(s->materials.items[pane].phong.transmit, 0, 0, 0);
   s->objects.items[0].common.role = ROLE_BACKGROUND; // the actor in front is seen
   CHECK_NEAR(middle(s), 0, 1e-6);
+  scene_destroy(s);
+}
+
+// What lies within coloured glass is lit through as much of it as there is towards the light, by lanes and by trees.
+TEST(light_comes_into_glass)
+{
+  Scene *s = whitted_scene();
+  s->whitted.fresnel = false;
+  add_quad(s, add_phong(s, 0.5f, 0, 1), 0, 0, 0, 0, 0, 4);
+  add_point(s, 3, 0, 4, 2);
+  const int32_t body = add_phong(s, 0, 0, 1);
+  Phong *p = &s->materials.items[body].phong;
+  set3(p->transmit, 0.5f, 0.5f, 0.5f);
+  p->attenuation_distance = 1;
+  set3(p->attenuation_color, 0.5f, 1, 1);
+  add_box(s, body, 0, 0, 0, 9, 9, 2); // 1 m to the eye, and 5/4 m to the light
+  const double lit = 2 * 0.5 * 0.8;
+  CHECK_NEAR(middle_by(s, true), lit * 0.5 * 0.5 * pow(0.5, 1 + 1.25), 1e-5);
+  CHECK_NEAR(middle_by(s, false), lit * 0.5 * 0.5 * pow(0.5, 1 + 1.25), 1e-5);
+  set3(s->objects.items[1].common.translate, 0, 0, 2); // in front of it: all of both ways through
+  CHECK_NEAR(middle_by(s, true), lit * 0.5 * 0.5 * 0.5 * 0.5 * pow(0.5, 2 + 2.5), 1e-5);
+  CHECK_NEAR(middle_by(s, false), lit * 0.5 * 0.5 * 0.5 * 0.5 * pow(0.5, 2 + 2.5), 1e-5);
   scene_destroy(s);
 }
 

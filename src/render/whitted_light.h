@@ -196,9 +196,10 @@ static inline LaneRays whitted_light_rays(const Whitted *t, int lane, unsigned b
 
 // What the panes leave of light on its way straight on: each crossing colours it, and what lies between two takes its
 // part. The product does not depend on their order.
-static inline Wide3 whitted_through_lanes(Whitted *t, uint32_t which, const LaneRays *r, wx tmax)
+static inline Wide3 whitted_through_lanes(Whitted *t, int lane, uint32_t which, const LaneRays *r, wx tmax)
 {
   const wx zero = wx_set(0);
+  const unsigned is_clear = w3_is_zero(whitted_go3(t, GO_FADE, lane)); // where the eye's ray was within nothing, or started there
   Wide3 left = w3_all(wx_set(1));
   for (; which; which &= which - 1) {
     const uint32_t i = (uint32_t)__builtin_ctz(which);
@@ -213,8 +214,9 @@ static inline Wide3 whitted_through_lanes(Whitted *t, uint32_t which, const Lane
     const Wide3 passed = w3_of(t->skins[i].passed);
     left = w3_choose(first, w3_mul(left, passed), left);
     left = w3_choose(second, w3_mul(left, passed), left);
-    if (!s->is_closed || m->is_thin_walled || v3_is_zero(m->absorption)) continue;
-    const wx inside = wx_max(wx_min(at.to, tmax) - wx_max(at.from, zero), zero);
+    if (m->is_thin_walled || v3_is_zero(m->absorption)) continue; // open ones with any are not asked here
+    const unsigned counts = wx_lt(zero, at.from) | ~is_clear;
+    const wx inside = wx_choose(counts, wx_max(wx_min(at.to, tmax) - wx_max(at.from, zero), zero), zero);
     left = w3_mul(left, whitted_fade(w3_of(m->absorption), inside));
   }
   return left;
@@ -249,7 +251,7 @@ static inline uint64_t whitted_shadows_in_lanes(Whitted *t, uint64_t asked, bool
     r.bits &= ~lanes_any(t->lanes, stops, &r, tmax, &t->counters->prims);
     whitted_mark(&lit, i, r.bits);
     if (!panes || !r.bits) continue;
-    const Wide3 left = whitted_through_lanes(t, panes, &r, tmax);
+    const Wide3 left = whitted_through_lanes(t, i, panes, &r, tmax);
     whitted_put3(t, AT_ARRIVING, i, r.bits, w3_mul(whitted_at3(t, AT_ARRIVING, i), left));
   }
   return lit;
@@ -276,13 +278,21 @@ static inline Vec3 whitted_pane(const World *w, const PackedRay *packed, const H
   return whitted_skin(w, shown, *m, s).passed;
 }
 
+// What a ray to the light begins in: what the eye's came through, or what lies behind the surface.
+static inline Vec3 whitted_inside(const Whitted *t, size_t i)
+{
+  const bool is_thin = t->is_thin >> i & 1, is_back = t->is_back >> i & 1;
+  if (is_thin || v3_dot(whitted_row3(t->at + AT_N, i), whitted_row3(t->at + AT_WL, i)) >= 0) return whitted_row3(t->go + GO_FADE, i);
+  return is_back ? v3_all(0) : whitted_row3(t->at + AT_FADE, i);
+}
+
 // Light that comes through glass: from pane to pane, all rays that are still on their way together.
 static inline void whitted_through(Whitted *t, WhittedLights *l, RayMask mask)
 {
   const World *w = t->pass->world;
   Hit hits[WHITTED_SIZE];
   Vec3 inside[WHITTED_SIZE];
-  for (size_t k = 0; k < l->count; k++) inside[k] = v3_all(0);
+  for (size_t k = 0; k < l->count; k++) inside[k] = whitted_inside(t, l->of[k]);
   for (int pane = 0; l->count; pane++) {
     size_t kept = 0;
     t->counters->shadow_rays += l->count;

@@ -268,7 +268,8 @@ static inline void whitted_make_skins(Whitted *t)
     if (!(s->mask & shadow)) continue;
     const bool is_wall = shown->kind != SURFACE_MIX && !(shown->transmission > 0) && v3_is_zero(shown->passed);
     *(is_wall ? &t->walls : &t->panes) |= 1u << i;
-    t->has_lane_shadows &= is_wall || (is_plain && !checker);
+    const bool is_clear = shown->is_thin_walled || v3_is_zero(shown->absorption); // else what is open has no length within
+    t->has_lane_shadows &= is_wall || (is_plain && !checker && (s->is_closed || is_clear));
   }
 }
 
