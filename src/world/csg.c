@@ -21,9 +21,7 @@ static const Object *object_at(const Body *b, int32_t i)
 
 static bool fail_at(const Body *b, int32_t i, const char *message)
 {
-  const char *name = object_at(b, i)->name;
-  return err_set(b->p->err, ERR_BAD_SCENE, "objects[%d]%s%s%s %s", i, name ? " (\"" : "", name ? name : "",
-                 name ? "\")" : "", message);
+  return prepare_failed_object(b->p, b->place->source->scene, i, message);
 }
 
 bool prepare_solid(const Shape *s, Solid *out, Frame *moved)

@@ -43,9 +43,7 @@ static const Object *object_at(const Builder *b, int32_t i)
 
 static bool fail_at(const Builder *b, int32_t i, const char *message)
 {
-  const char *name = object_at(b, i)->name;
-  return err_set(b->p->err, ERR_BAD_SCENE, "objects[%d]%s%s%s %s", i, name ? " (\"" : "", name ? name : "",
-                 name ? "\")" : "", message);
+  return prepare_failed_object(b->p, b->place->source->scene, i, message);
 }
 
 // Least and largest stretch of a map: the singular values, by Jacobi's rotations of its square.

@@ -13,6 +13,13 @@ bool prepare_failed_memory(Prepare *p)
   return err_set(p->err, ERR_NO_MEMORY, "not enough memory to prepare the scene; simplify it or close other programs");
 }
 
+bool prepare_failed_object(Prepare *p, const Scene *s, int32_t i, const char *message)
+{
+  const char *name = s->objects.items[i].name;
+  return err_set(p->err, ERR_BAD_SCENE, "objects[%d]%s%s%s %s", i, name ? " (\"" : "", name ? name : "", name ? "\")" : "",
+                 message);
+}
+
 // The default material comes last; slots that named none point to it.
 static bool add_default_material(Prepare *p)
 {

@@ -60,6 +60,8 @@ typedef struct Prepare {
 } Prepare;
 
 bool prepare_failed_memory(Prepare *p); // records "not enough memory" and returns false
+// Records what is wrong with the i-th object of a scene, by its place and name, and returns false.
+bool prepare_failed_object(Prepare *p, const Scene *s, int32_t i, const char *message);
 
 // Textures: the TextureMap of a scene's texture for colours (sRGB unless told otherwise) or for data; -1 for none.
 // Decoding comes later. *ok turns false on error.
