@@ -137,6 +137,38 @@ TEST(no_allocation_that_fails_breaks_anything)
   CHECK(ended < 59);
 }
 
+// In a full palette, the first of the entries that are nearest, of the same look: as looking at each of them finds it.
+TEST(a_full_palette_gives_the_nearest)
+{
+  const int32_t size[3] = {8, 8, 8};
+  VoxelEdit *e = voxel_edit_create(size, NULL);
+  VoxelLook look = voxel_look_plain();
+  look.roughness = 0.25f;
+  const uint32_t second = (uint32_t)voxel_edit_look(e, &look);
+  for (int i = 0; i < VOXELS_MOST_ENTRIES; i++) {
+    const float color[3] = {rnd() * rnd(), rnd(), i % 3 ? 0.25f * (float)rnd_int(4) : 0.5f};
+    CHECK(voxel_edit_color(e, color, i % 5 ? 0 : second) > 0);
+  }
+  while (voxel_edit_grid(e)->palette->entry_count <= VOXELS_MOST_ENTRIES)
+    (void)voxel_edit_color(e, (float[3]){rnd(), rnd(), rnd()}, second);
+  const VoxelPalette *p = voxel_edit_grid(e)->palette;
+  for (int n = 0; n < 60; n++) {
+    const uint32_t wanted = n % 4 ? 0 : second;
+    const float scale = n % 7 ? 1 : 2, color[3] = {scale * rnd(), scale * rnd(), n % 3 ? rnd() : (float)rnd_int(2)};
+    int32_t best = 0;
+    float off = INFINITY;
+    for (uint32_t i = 1; i < p->entry_count; i++) {
+      float d = 0;
+      for (int k = 0; k < 3; k++) d += fabsf(sqrtf(p->entries[i].color[k]) - sqrtf(color[k]));
+      if (p->entries[i].look != wanted || !(d < off)) continue;
+      off = d;
+      best = (int32_t)i;
+    }
+    CHECK(voxel_edit_color(e, color, wanted) == best);
+  }
+  voxel_edit_destroy(e);
+}
+
 // --- the walk -----------------------------------------------------------------------------------------------------
 enum { MOST_MET = 4000 };
 typedef struct Met {

@@ -12,6 +12,7 @@ enum {
   BRICKS = 512, // of a node
   CELLS = 512,  // of a brick
   MOST_OPEN = 1 << 16, // bricks, 1 kB each, before they are packed in between
+  NEAR_SIDE = 32,      // of the lattice of colours; of 8, 16, 32, 64 this is the fastest for a photograph's colours
 };
 
 // --- palettes -----------------------------------------------------------------------------------------------------
@@ -201,6 +202,14 @@ typedef struct Packing {
   uint32_t stamp;
 } Packing;
 
+// The entries of one look in a full palette, sorted into a lattice of the roots of their colours.
+typedef struct NearColors {
+  uint32_t look;
+  bool is_made;
+  int32_t first[NEAR_SIDE * NEAR_SIDE * NEAR_SIDE]; // entry; 0: none
+  int32_t next[VOXELS_MOST_ENTRIES + 1];
+} NearColors;
+
 struct VoxelEdit {
   Voxels *grid;           // nobody else has it yet
   bool has_own_palette;
@@ -209,6 +218,7 @@ struct VoxelEdit {
   size_t open_count;      // bricks
   Table colors;           // hash of colour and look -> entry
   bool has_colors;
+  NearColors *near;       // NULL: not needed yet
   Packing *packing;
   size_t last_node;       // the node asked for last is asked for again, mostly
 };
@@ -231,6 +241,7 @@ void voxel_edit_destroy(VoxelEdit *e)
   voxels_release(e->grid);
   mem_free(e->open);
   mem_free(e->packing);
+  mem_free(e->near);
   mem_free(e);
 }
 
@@ -666,18 +677,74 @@ static int32_t add_entry(VoxelEdit *e, const VoxelEntry *entry)
   return (int32_t)p->entry_count++;
 }
 
-static int32_t nearest_color(const VoxelPalette *p, const float color[3], uint32_t look)
+static void near_cell(const float color[3], int32_t c[3])
 {
-  int32_t best = -1;
-  float off = INFINITY;
-  for (uint32_t i = 1; i < p->entry_count; i++) {
-    float d = 0;
-    for (int k = 0; k < 3; k++) d += fabsf(sqrtf(p->entries[i].color[k]) - sqrtf(color[k]));
-    if (p->entries[i].look != look || !(d < off)) continue;
-    off = d;
-    best = (int32_t)i;
+  for (int k = 0; k < 3; k++) {
+    const float at = sqrtf(color[k]) * NEAR_SIDE;
+    c[k] = at > 0 ? at < NEAR_SIDE - 1 ? (int32_t)at : NEAR_SIDE - 1 : 0;
   }
-  return best;
+}
+
+static int32_t near_index(int32_t x, int32_t y, int32_t z) { return x + NEAR_SIDE * (y + NEAR_SIDE * z); }
+
+static bool near_make(VoxelEdit *e, uint32_t look)
+{
+  const VoxelPalette *p = e->grid->palette;
+  if (!e->near && !(e->near = mem_zero(1, sizeof *e->near))) return false;
+  if (e->near->is_made && e->near->look == look) return true;
+  e->near->is_made = true;
+  e->near->look = look;
+  memset(e->near->first, 0, sizeof e->near->first);
+  for (uint32_t i = p->entry_count; i-- > 1;) {
+    int32_t c[3];
+    if (p->entries[i].look != look) continue;
+    near_cell(p->entries[i].color, c);
+    int32_t *first = &e->near->first[near_index(c[0], c[1], c[2])];
+    e->near->next[i] = *first;
+    *first = (int32_t)i;
+  }
+  return true;
+}
+
+typedef struct Nearest {
+  int32_t entry;
+  float off;
+} Nearest;
+
+static void near_see(const VoxelEdit *e, int32_t lattice_i, const float color[3], Nearest *best)
+{
+  for (int32_t i = e->near->first[lattice_i]; i; i = e->near->next[i]) {
+    float d = 0;
+    for (int k = 0; k < 3; k++) d += fabsf(sqrtf(e->grid->palette->entries[i].color[k]) - sqrtf(color[k]));
+    if (d < best->off || (d == best->off && i < best->entry)) *best = (Nearest){i, d};
+  }
+}
+
+// All cells of the lattice that are `ring` away from c along at least one axis, and no farther along the others.
+static void near_ring(const VoxelEdit *e, const int32_t c[3], int32_t ring, const float color[3], Nearest *best)
+{
+  int32_t lo[3], hi[3];
+  for (int k = 0; k < 3; k++) {
+    lo[k] = c[k] - ring > 0 ? c[k] - ring : 0;
+    hi[k] = c[k] + ring < NEAR_SIDE - 1 ? c[k] + ring : NEAR_SIDE - 1;
+  }
+  for (int32_t z = lo[2]; z <= hi[2]; z++)
+    for (int32_t y = lo[1]; y <= hi[1]; y++) {
+      const bool is_side = z == c[2] - ring || z == c[2] + ring || y == c[1] - ring || y == c[1] + ring;
+      for (int32_t x = lo[0]; x <= hi[0]; x++)
+        if (is_side || x == c[0] - ring || x == c[0] + ring) near_see(e, near_index(x, y, z), color, best);
+    }
+}
+
+// The first of the nearest; what lies beyond a ring is at least as far off as the ring is wide.
+static int32_t nearest_color(VoxelEdit *e, const float color[3], uint32_t look)
+{
+  Nearest best = {-1, INFINITY};
+  int32_t c[3];
+  if (!near_make(e, look)) return -1;
+  near_cell(color, c);
+  for (int32_t ring = 0; ring < NEAR_SIDE && !(best.off < (float)(ring - 1) / NEAR_SIDE); ring++) near_ring(e, c, ring, color, &best);
+  return best.entry;
 }
 
 int32_t voxel_edit_color(VoxelEdit *e, const float color[3], uint32_t look)
@@ -687,7 +754,7 @@ int32_t voxel_edit_color(VoxelEdit *e, const float color[3], uint32_t look)
   size_t step = 0;
   for (const int32_t *i; (i = table_next(&e->colors, color_key(color, look), &step));)
     if (p->entries[*i].look == look && !memcmp(p->entries[*i].color, color, 3 * sizeof *color)) return *i;
-  if (p->entry_count > VOXELS_MOST_ENTRIES) return nearest_color(p, color, look);
+  if (p->entry_count > VOXELS_MOST_ENTRIES) return nearest_color(e, color, look);
   return add_entry(e, &(VoxelEntry){{color[0], color[1], color[2]}, (uint8_t)look, NULL});
 }
 
@@ -708,6 +775,7 @@ int32_t voxel_edit_name(VoxelEdit *e, const char *name, const float color[3], ui
     entry->look = (uint8_t)look;
     table_clear(&e->colors);
     e->has_colors = false;
+    if (e->near) e->near->is_made = false;
     return known;
   }
   VoxelEntry entry = {{color[0], color[1], color[2]}, (uint8_t)look, copy_text(name)};
