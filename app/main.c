@@ -18,6 +18,7 @@ const Command *const commands[] = {
     &command_info,
     &command_validate,
     &command_convert,
+    &command_prove,
     &command_schema,
     &command_trace,
     &command_bench,

@@ -124,7 +124,9 @@ static void step_by(Walker *w, const rf_world *world, rf_vec3 step)
   const rf_frame before = w->pose.level;
   rf_body b = {.frame = before, .scale = 1, .cell = w->pose.cell};
   b.frame.p = w->pose.place;
-  if (!rf_walk(world, &b, step, false).gates) {
+  const int gates = rf_walk(world, &b, step, false).gates;
+  const rf_frame here = {before.x, before.y, before.z, b.frame.p};
+  if (!gates && !memcmp(&here, &b.frame, sizeof here)) { // flat: turned by nothing
     w->pose.place = b.frame.p;
     return;
   }

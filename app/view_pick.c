@@ -32,9 +32,9 @@ bool view_hit(View *v, int x, int y, rf_vec3 *place, rf_ray *ray, rf_hit *hit)
     rf_arrival at;
     if (!rf_look(w, v->frame.eye.cell, &from, hit, &at)) return false;
     *ray = at.ray;
-    *place = vec_add(from.origin, from.direction, hit->t); // where it seems to be, if there is a gate between
+    *place = vec_add(from.origin, from.direction, at.length); // where it seems to be, if there is a gate between
     if (hit->object.id != UINT32_MAX) return true;
-    from.tmin = hit->t * 1.0001f + 1e-5f;
+    from.tmin = at.length * 1.0001f + 1e-5f;
   }
   return false;
 }

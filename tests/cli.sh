@@ -80,6 +80,7 @@ options_of convert "$convert_options"
 options_of trace "threads api repeat time build compact isa label output help"
 options_of bench "time size output quiet help"
 options_of compare "output most help"
+options_of prove "camera cell from look place leg open volume rays seed json allow-outside cache help"
 options_of info "allow-outside quiet help"
 options_of validate "allow-outside quiet help"
 for command in schema manual man completion help; do options_of $command help; done
@@ -88,7 +89,7 @@ has '^rayfold [0-9]*\.[0-9]*\.[0-9]*$' out
 has 'PNG' out
 expect 0 '' --help
 expect 0 '' help
-for command in render merge compare convert info validate schema trace bench manual man completion help; do
+for command in render merge compare convert prove info validate schema trace bench manual man completion help; do
   has "^  $command " out
 done
 for code in 0 64 65 66 70 73 75; do has "^  $code " out; done
@@ -262,6 +263,23 @@ expect 65 'key.json' validate cornell.json key.json furnace.json
 same "$(grep -c ': ok$' out)" 2 "lines of validate"
 expect 0 '' info cornell.json
 has '[0-9]' out
+# A cube of space with six faces: of a metre each side, home after one, and its triangles are flat.
+echo '{ "rayfold": 1, "cells": { "c": { "space": "torus", "size": [1, 1, 1] } }, "camera": { "position": [0, 0, 0], "target": [1, 0.1, 0.2], "cell": "c" },
+  "objects": [ { "cell": "c", "shape": { "kind": "sphere", "radius": 0.1 }, "translate": [0.3, 0.2, 0.1] } ] }' >space.json
+expect 0 '' prove space.json --cell c --leg 0,0,-1 --open --place 0.2,0,0 --place 0,0.3,0 --volume --rays 20000
+has 'home: *within' out
+has 'angles: *180.0000' out
+has 'area: *0.03 m2' out
+has 'volume: 1.00[0-9]* +- 0.00\|volume: 0.99[0-9]* +- 0.00' out
+expect 0 '' prove cornell.json --look 0.5,0.9 --look 0.2,0.5 --json
+has '"expected_angles": 3.14159265' out
+command -v python3 >/dev/null && { python3 -m json.tool out >/dev/null 2>err || failed "prove --json is no JSON"; }
+expect 64 'has no cell of that name' prove space.json --cell d
+expect 64 'three numbers' prove space.json --place 1,2
+expect 64 'numbers from 0 to 1' prove space.json --look 2,0
+expect 64 'give some --leg' prove space.json --open
+expect 64 'no walls of space' prove cornell.json --volume
+expect 64 'outside of the cell' prove space.json --cell c --from 3,0,0 --volume
 expect 0 '' schema
 has '2020-12' out
 expect 0 '' manual

@@ -240,12 +240,20 @@ RF_API int rf_find_cell(const rf_scene *s, const char *name);
 RF_API const char *rf_cell_name(const rf_scene *s, int cell); // lives as long as the scene; NULL: it has none
 RF_API rf_vec3 rf_gravity(const rf_world *w, int cell); // m/s2
 
+// Per square metre: 0 in flat cells, 1 / radius^2 in spherical, -1 / radius^2 in hyperbolic ones. In curved cells a place has
+// the coordinates of the chart (docs/worlds.md); vectors at it (directions, frames, velocities, motions) have metres for
+// length and are what they become when they are carried straight to the chart's middle. rf_eye_ray() makes such directions.
+RF_API float rf_curvature(const rf_world *w, int cell);
+
 // The nearest hit of a ray that begins in a cell; *arrived, which may be NULL, is the ray as it is in the cell of the hit,
-// for rf_surface_at(), where t counts as it did, in lengths of its direction. Returns false when nothing is met.
+// for rf_surface_at(), where t counts as it did, in lengths of its direction; in curved cells of the chart, from the last
+// gate on. Returns false when nothing is met.
 typedef struct rf_arrival {
   rf_ray ray;
   int cell;
-  float scale; // lengths there of one where the ray began
+  float scale;  // lengths there of one where the ray began
+  float length; // metres of the way, as lengths are where it began; infinite if nothing was met
+  int gates;    // gone through
 } rf_arrival;
 RF_API bool rf_look(const rf_world *w, int cell, const rf_ray *ray, rf_hit *hit, rf_arrival *arrived);
 
@@ -265,8 +273,39 @@ typedef struct rf_walk_end {
   rf_surface surface;
 } rf_walk_end;
 // Moves the body by `motion`, all of it but for what is in the way (if stops): through gates, which carry frame, velocity
-// and scale along; what is left of the motion at a gate is walked behind it. The same way in one step or in many.
+// and scale along; what is left of the motion at a gate is walked behind it. The same way in one step or in many. In curved
+// cells the way is a geodesic, and frame and velocity are carried along it (parallel transport).
 RF_API rf_walk_end rf_walk(const rf_world *w, rf_body *body, rf_vec3 motion, bool stops);
+
+// --- proofs: what a world is, measured by walking and looking in it ------------------------------------
+// The straight way from one place of a cell to another in its chart, without looking at what is between: where it leads to,
+// as a vector as long as the way.
+RF_API rf_vec3 rf_toward(const rf_world *w, int cell, rf_vec3 from, rf_vec3 to);
+
+typedef struct rf_round { // what was found on a way round
+  bool is_home;     // it ended where it began: in the same cell, no farther from there than 1/1000 of its length
+  double miss;      // metres from where it began to where it ended; NAN: that is another cell
+  double length;    // metres, as lengths are where it began
+  int sides, gates; // walked; gone through
+  double turn;      // radians, 0 to pi: by how much the frame that was carried along is turned; NAN unless it is home
+  rf_vec3 axis;     // about which, by the frame it began with (right, up, back); zero: none
+  bool is_mirrored; // and it has become left-handed, or right-handed again
+  double scale;     // how long a metre is that was carried along
+  // Of a way in one plane that was closed by its last side; else NAN:
+  double angles;    // radians: all its inner angles together, from the directions it arrived and went on in
+  double area;      // square metres, from the places of its corners alone; what is gone round twice counts twice
+} rf_round;
+// Walks straight legs, each as the frame that is carried along has it (right, up, back; metres), and then, if it returns,
+// straight to where it should have begun by the geometry of its cell. Surfaces are no hindrance; no more than 4096 gates a
+// leg. Fails with RF_BAD_ARGUMENT for legs that are not finite, or none.
+RF_API bool rf_walk_round(const rf_world *w, const rf_body *body, const rf_vec3 *legs, size_t count, bool returns, rf_round *out);
+// Walks to the first corner and from there round all of them, three or more, and back to the first. Corners are given as the
+// body sees them: which way by its frame, as many metres away.
+RF_API bool rf_walk_corners(const rf_world *w, const rf_body *body, const rf_vec3 *corners, size_t count, rf_round *out);
+// The volume of a cell within its walls of space, cubic metres, by so many rays from a place in it in random directions, and
+// the standard error of that. What stands in it is not taken off. Fails with RF_BAD_SCENE for a cell that has no walls all
+// round, and for a place outside.
+RF_API bool rf_cell_volume(const rf_world *w, int cell, rf_vec3 place, uint32_t rays, uint32_t seed, double *volume, double *error);
 
 // --- film and rendering -----------------------------------------------------------------------------
 typedef enum rf_lens { RF_PERSPECTIVE, RF_ORTHOGRAPHIC, RF_PANORAMIC } rf_lens;

@@ -1,9 +1,13 @@
 // Looking and walking through gates, piece by piece as render/ways.h goes. A body's place is kept a few roundings away
 // from gates, on the side it came to, so that the next step sees on which side of them it is: no step is lost in a gate,
 // and none is longer for it than a rounding.
+//
+// In curved cells rays are straight in the chart, but lengths are metres and vectors those of a place (space/chart.h), which
+// are carried along the way.
 
 #include "accel/place.h"
 #include "api/api.h"
+#include "render/local.h"
 
 #include <string.h>
 
@@ -37,6 +41,46 @@ rf_vec3 rf_gravity(const rf_world *w, int cell)
   return to_public(w->world->cells[cell_of(w->world, cell)].gravity);
 }
 
+float rf_curvature(const rf_world *w, int cell) { return w ? world_curvature(w->world, cell_of(w->world, cell)) : 0; }
+
+// --- ways -----------------------------------------------------------------------------------------------
+typedef struct Stride { // a way as far as it has come
+  Ray ray;    // in the chart of the cell it is in
+  Way way;
+  float left; // of curved cells: metres still to go at the ray's origin
+} Stride;
+
+// The rest of the way in the cell that was come into.
+static void aim(const World *w, Stride *s, float left)
+{
+  const float kappa = world_curvature(w, s->way.cell);
+  s->left = left;
+  s->ray.tmax = kappa == 0 || !(left < INFINITY) ? left : chart_along(kappa, s->ray.o, s->ray.d, left);
+}
+
+// d is a unit vector at the place.
+static Stride stride_begin(const World *w, int cell, Vec3 place, Vec3 d, float length)
+{
+  Stride s = {.way = way_begin(cell_of(w, cell))};
+  s.ray = (Ray){place, local_direction(world_curvature(w, s.way.cell), place, d), 0, length};
+  aim(w, &s, length);
+  return s;
+}
+
+static float stride_left(const World *w, const Stride *s, float t)
+{
+  const float kappa = world_curvature(w, s->way.cell);
+  return kappa == 0 ? s->ray.tmax - t : s->left - local_length(kappa, &s->ray, t);
+}
+
+static void stride_cross(const World *w, Stride *s, const SpaceExit *end)
+{
+  const bool is_curved = w->space.gates[end->gate].side[end->side].curve != NULL;
+  const float left = stride_left(w, s, end->t);
+  way_cross(&w->space, &s->way, end->gate, end->side, end->t, &s->ray);
+  if (is_curved) aim(w, s, left);
+}
+
 // A far origin loses digits, which only long ways through small places would notice.
 static void move_origin(Ray *ray)
 {
@@ -51,20 +95,24 @@ bool rf_look(const rf_world *w, int cell, const rf_ray *r, rf_hit *hit, rf_arriv
   const World *world = w->world;
   const Vec3 d = from_public(r->direction);
   const float length = v3_length(d);
-  Way way = way_begin(cell_of(world, cell));
-  Ray ray = {from_public(r->origin), d / length, r->tmin * length, r->tmax * length};
+  Stride s = stride_begin(world, cell, from_public(r->origin), d / length, r->tmax * length);
+  const float kappa = world_curvature(world, s.way.cell);
+  s.ray.tmin = kappa == 0 ? r->tmin * length : chart_along(kappa, s.ray.o, s.ray.d, r->tmin * length);
   Hit found;
   for (;;) {
     SpaceExit end;
-    w->engine->hot->piece(world, &ray, &way, &found, &end);
-    if (end.gate == NO_GATE || way.crossings >= world->crossings) break;
-    way_cross(&world->space, &way, end.gate, end.side, end.t, &ray);
+    w->engine->hot->piece(world, &s.ray, &s.way, &found, &end);
+    if (end.gate == NO_GATE || s.way.crossings >= world->crossings) break;
+    stride_cross(world, &s, &end);
   }
-  const float back = 1 / (length * way.scale), there = length * way.scale;
+  const float scale = s.way.scale, back = 1 / (length * scale), there = length * scale;
   const bool is_hit = found.instance != NO_HIT;
   *hit = (rf_hit){is_hit ? found.t * back : r->tmax, found.u, found.v, found.prim, found.instance, w->objects[found.instance + 1u]};
   if (arrived)
-    *arrived = (rf_arrival){{to_public(ray.o), ray.tmin * back, to_public(ray.d * there), ray.tmax * back}, (int)way.cell, way.scale};
+    *arrived = (rf_arrival){{to_public(s.ray.o), s.ray.tmin * back, to_public(s.ray.d * there), s.ray.tmax * back}, (int)s.way.cell,
+                            scale, INFINITY, s.way.crossings};
+  if (arrived && is_hit)
+    arrived->length = (s.way.passed + local_length(world_curvature(world, s.way.cell), &s.ray, found.t)) / scale;
   return is_hit;
 }
 
@@ -72,12 +120,43 @@ bool rf_look(const rf_world *w, int cell, const rf_ray *r, rf_hit *hit, rf_arriv
 // As far as a place may be off for rounding, sixteen times: coordinates of 1 are known to 1e-7, so 2e-6.
 static float margin(Vec3 p) { return 0x1p-19f * max_f(v3_max_lane(v3_max(p, -p)), 1e-3f); }
 
+static rf_vec3 *axis_of(rf_body *b, int k)
+{
+  rf_vec3 *const axes[4] = {&b->frame.x, &b->frame.y, &b->frame.z, &b->velocity};
+  return axes[k];
+}
+
 static void carry(const GateSide *side, rf_body *b)
 {
-  rf_vec3 *axes[3] = {&b->frame.x, &b->frame.y, &b->frame.z};
-  for (int k = 0; k < 3; k++) *axes[k] = to_public(v3_normalize(frame_vector(&side->map, from_public(*axes[k]))));
+  for (int k = 0; k < 3; k++) *axis_of(b, k) = to_public(v3_normalize(frame_vector(&side->map, from_public(*axis_of(b, k)))));
   b->velocity = to_public(frame_vector(&side->map, from_public(b->velocity)));
   b->scale *= side->scale;
+}
+
+// Along a straight piece of a curved cell.
+static void carry_along(float kappa, Vec3 from, Vec3 to, rf_body *b)
+{
+  if (kappa == 0) return;
+  Vec3 v[4];
+  for (int k = 0; k < 4; k++) v[k] = chart_carry(kappa, from, to, from_public(*axis_of(b, k)));
+  v[2] = v3_normalize(v[2]); // against what many steps add up to
+  v[0] = v3_normalize(v[0] - v3_dot(v[0], v[2]) * v[2]);
+  v[1] = v3_normalize(v[1] - v3_dot(v[1], v[2]) * v[2] - v3_dot(v[1], v[0]) * v[0]);
+  for (int k = 0; k < 4; k++) *axis_of(b, k) = to_public(v[k]);
+}
+
+// Through a gate of curved space at p.
+static void carry_through(const GateCurve *c, Vec3 p, rf_body *b)
+{
+  for (int k = 0; k < 4; k++) {
+    const Vec3 v = from_public(*axis_of(b, k));
+    const float length = v3_length(v);
+    if (!(length > 0)) continue;
+    Vec3 q = p, u = v / length;
+    chart_map(c->kappa, &c->map, &q, &u);
+    if (c->is_door) way_door(c, &q, &u);
+    *axis_of(b, k) = to_public(length * v3_normalize(u));
+  }
 }
 
 // Keeps p off the flat gates of its cell, on the side of `from`, a place the body was at since it came into the cell; off the
@@ -97,17 +176,35 @@ static Vec3 keep_off(const World *w, const Way *way, Vec3 from, Vec3 d, Vec3 p)
 }
 
 // Takes the body through the gates on its way; what is behind `end` is where it stops.
-static SpaceExit walk_through(const rf_world *w, rf_body *b, Ray *ray, Way *way, Hit *hit, int *gates)
+static SpaceExit walk_through(const rf_world *w, rf_body *b, Stride *s, Hit *hit, int *gates)
 {
   const World *world = w->world;
   for (;;) {
     SpaceExit end;
-    w->engine->hot->piece(world, ray, way, hit, &end);
+    w->engine->hot->piece(world, &s->ray, &s->way, hit, &end);
     if (end.gate == NO_GATE || *gates == MOST_GATES_A_STEP) return end;
-    carry(&world->space.gates[end.gate].side[end.side], b);
-    way_cross(&world->space, way, end.gate, end.side, end.t, ray);
-    if (++*gates % ORIGIN_AFTER == 0) move_origin(ray);
+    const GateSide *side = &world->space.gates[end.gate].side[end.side];
+    if (side->curve) {
+      const Vec3 p = s->ray.o + end.t * s->ray.d;
+      carry_along(side->curve->kappa, s->ray.o, p, b);
+      carry_through(side->curve, p, b);
+    } else {
+      carry(side, b);
+    }
+    stride_cross(world, s, &end);
+    if (++*gates % ORIGIN_AFTER == 0 && !side->curve) move_origin(&s->ray);
   }
+}
+
+static rf_surface surface_of(const World *world, const Stride *s, const Hit *hit)
+{
+  const SurfacePoint p = accel_surface(world->accel, &world->instances[hit->instance].mesh, &s->ray, hit);
+  const float kappa = world_curvature(world, s->way.cell);
+  const SurfacePoint at = kappa == 0 ? p : local_surface(kappa, &p);
+  const uint32_t material = world_material(world, hit);
+  return (rf_surface){.position = to_public(at.p), .error = at.error, .ng = to_public(at.ng), .n = to_public(at.n),
+                      .u = at.uv[0].x, .v = at.uv[0].y, .is_back = at.is_back, .material = material + 1,
+                      .material_name = world->material_names[material]};
 }
 
 rf_walk_end rf_walk(const rf_world *w, rf_body *b, rf_vec3 motion, bool stops)
@@ -117,30 +214,26 @@ rf_walk_end rf_walk(const rf_world *w, rf_body *b, rf_vec3 motion, bool stops)
   const float length = v3_length(m);
   rf_walk_end out = {.done = 1};
   if (!(length > 0) || !isfinite(length)) return out;
-  Way way = way_begin(cell_of(world, b->cell));
-  Ray ray = {from_public(b->frame.p), m / length, 0, length};
+  Stride s = stride_begin(world, b->cell, from_public(b->frame.p), m / length, length);
   Hit hit;
-  float left = 0;
   for (;;) { // a surface that does not stop is passed
-    walk_through(w, b, &ray, &way, &hit, &out.gates);
+    walk_through(w, b, &s, &hit, &out.gates);
     if (hit.instance == NO_HIT || stops) break;
-    ray.tmin = nextafterf(hit.t, INFINITY);
+    s.ray.tmin = nextafterf(hit.t, INFINITY);
   }
-  float end = ray.tmax;
+  const float kappa = world_curvature(world, s.way.cell);
+  float end = s.ray.tmax;
   if (hit.instance != NO_HIT) {
-    const SurfacePoint s = accel_surface(world->accel, &world->instances[hit.instance].mesh, &ray, &hit);
-    const uint32_t material = world_material(world, &hit);
     out.is_blocked = true;
-    out.surface = (rf_surface){.position = to_public(s.p), .error = s.error, .ng = to_public(s.ng), .n = to_public(s.n),
-                               .u = s.uv[0].x, .v = s.uv[0].y, .is_back = s.is_back, .material = material + 1,
-                               .material_name = world->material_names[material]};
-    end = max_f(hit.t - margin(s.p), ray.tmin);
-    left = ray.tmax - end;
-    out.done = clamp_f(1 - left / (length * way.scale), 0, 1);
-    out.left = to_public(ray.d * left);
+    out.surface = surface_of(world, &s, &hit);
+    end = max_f(hit.t - margin(from_public(out.surface.position)), s.ray.tmin);
+    const float left = stride_left(world, &s, end);
+    out.done = clamp_f(1 - left / (length * s.way.scale), 0, 1);
+    out.left = to_public(local_vector(kappa, s.ray.o + end * s.ray.d, s.ray.d) * left);
   }
-  const Vec3 from = ray.o + ray.tmin * ray.d, p = keep_off(world, &way, from, ray.d, ray.o + end * ray.d);
+  const Vec3 from = s.ray.o + s.ray.tmin * s.ray.d, p = keep_off(world, &s.way, from, s.ray.d, s.ray.o + end * s.ray.d);
+  carry_along(kappa, s.ray.o, p, b);
   b->frame.p = to_public(p);
-  b->cell = (int)way.cell;
+  b->cell = (int)s.way.cell;
   return out;
 }

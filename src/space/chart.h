@@ -109,6 +109,7 @@ static inline float chart_along(float kappa, Vec3 k, Vec3 d, float t)
   const float root = sqrtf(fabsf(kappa));
   float sine, cosine;
   if (kappa > 0) {
+    if (root * t >= 3.14159265f) return INFINITY; // every line ends there before half the way round
     f_sincos(root * t, &sine, &cosine);
   } else {
     const float e = f_exp(root * t);
@@ -119,22 +120,48 @@ static inline float chart_along(float kappa, Vec3 k, Vec3 d, float t)
   return below > 0 ? sine / below : INFINITY;
 }
 
-// Where k and the vector v at it are after a map of the space (of unit curvature: rho is 1 / sqrt |kappa|). The tangent
-// goes on with the map; what comes out is again a place in the chart and a vector at it.
-static inline void chart_map(float kappa, const Mat4_f *m, Vec3 *k, Vec3 *v)
+// A place of the chart and a vector at it, in four dimensions and of unit curvature (rho is 1 / sqrt |kappa|).
+static inline Geodesic_f chart_lift(float kappa, Vec3 k, Vec3 v)
 {
   const float root = sqrtf(fabsf(kappa)), unit = root > 0 ? root : 1;
   const float sign = kappa > 0 ? 1.0f : kappa < 0 ? -1.0f : 0.0f;
-  const float w = chart_w(kappa, *k);
-  const Vec3 x = *k * (unit * w);
-  const float along = v3_dot(x, *v);
-  const Vec3 tangent = *v - (sign * along / (1 + w)) * x;
-  const Vec4_f p = {{x[0], x[1], x[2], w}}, t = {{tangent[0], tangent[1], tangent[2], -sign * along}};
-  Geodesic_f g = {mat4_apply_f(m, &p), mat4_apply_f(m, &t)};
-  geodesic_mend_f((int)sign, &g);
-  const Vec3 q = v3(g.p.v[0], g.p.v[1], g.p.v[2]), u = v3(g.v.v[0], g.v.v[1], g.v.v[2]);
-  *k = q / (g.p.v[3] * unit);
-  *v = u - (g.v.v[3] / (1 + g.p.v[3])) * q;
+  const float w = chart_w(kappa, k);
+  const Vec3 x = k * (unit * w);
+  const float along = v3_dot(x, v);
+  const Vec3 tangent = v - (sign * along / (1 + w)) * x;
+  return (Geodesic_f){{{x[0], x[1], x[2], w}}, {{tangent[0], tangent[1], tangent[2], -sign * along}}};
+}
+
+// The vector that a tangent is in the chart.
+static inline Vec3 chart_lower(const Geodesic_f *g)
+{
+  const float part = g->v.v[3] / (1 + g->p.v[3]);
+  return v3(g->v.v[0] - part * g->p.v[0], g->v.v[1] - part * g->p.v[1], g->v.v[2] - part * g->p.v[2]);
+}
+
+// Where k and the vector v at it are after a map of the space. The tangent goes on with the map; what comes out is
+// again a place in the chart and a vector at it.
+static inline void chart_map(float kappa, const Mat4_f *m, Vec3 *k, Vec3 *v)
+{
+  const float root = sqrtf(fabsf(kappa)), unit = root > 0 ? root : 1;
+  const Geodesic_f from = chart_lift(kappa, *k, *v);
+  Geodesic_f g = {mat4_apply_f(m, &from.p), mat4_apply_f(m, &from.v)};
+  geodesic_mend_f(kappa > 0 ? 1 : kappa < 0 ? -1 : 0, &g);
+  *k = v3(g.p.v[0], g.p.v[1], g.p.v[2]) / (g.p.v[3] * unit);
+  *v = chart_lower(&g);
+}
+
+// What the vector v at k becomes when it is carried along the straight line to another place of the chart: parallel
+// transport, T - s <Q, T> / (1 + s <P, Q>) (P + Q) in four dimensions, s the sign of the curvature.
+static inline Vec3 chart_carry(float kappa, Vec3 k, Vec3 to, Vec3 v)
+{
+  if (kappa == 0) return v;
+  const int sign = kappa > 0 ? 1 : -1;
+  const Geodesic_f from = chart_lift(kappa, k, v), end = chart_lift(kappa, to, v3_all(0));
+  const float s = (float)sign, part = -s * dot4_f(sign, &end.p, &from.v) / (1 + s * dot4_f(sign, &from.p, &end.p));
+  const Vec4_f both = mix4_f(1, &from.p, 1, &end.p);
+  const Geodesic_f g = {end.p, mix4_f(1, &from.v, part, &both)};
+  return chart_lower(&g);
 }
 
 // Weights of a triangle's corners that do not depend on where the chart is centred, from those of the chart: the
