@@ -313,7 +313,7 @@ const Command command_view = {
             "frame N: go on N frames. settle: until the picture is finished. key K, down K, up K: a key, as w, f1, ctrl+z, "
             "space. mouse X Y; press B, release B: left, middle or right. wheel N. resize W H. drop FILE. save FILE: what "
             "is shown, as a picture. hash: prints that of what is shown. copy FROM TO: a file over another. quit.\n"
-            "expect picked NAME, value PATH JSON, note TEXT, view NAME, samples N, size W H, file PATH, eye X Y Z NEAR: "
+            "expect picked NAME, value PATH JSON, note TEXT, proof TEXT, view NAME, samples N, size W H, file PATH, eye X Y Z NEAR: "
             "ends with code 65 and a message where it is otherwise.",
     .example = "rayfold view scenes/showcase.json",
     .options = view_options,

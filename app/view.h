@@ -89,6 +89,21 @@ typedef struct Brush { // for voxels
   char path[80], json[30000];
 } Brush;
 
+enum { MOST_PINS = 3, PROOF_LINES = 4 };
+
+typedef struct Pin { // a place that was pointed at
+  int x, y;
+  rf_vec3 way; // by the eye's frame, metres
+} Pin;
+
+typedef struct Proof { // what is measured in the window
+  rf_eye eye;    // that the pins were seen by
+  Pin pins[MOST_PINS];
+  int pin_count;
+  char lines[PROOF_LINES][96];
+  int line_count;
+} Proof;
+
 typedef struct View {
   const Args *args;
   const ScreenKind *kind;
@@ -113,6 +128,7 @@ typedef struct View {
   Walker walker;
   Picked picked;
   Brush brush;
+  Proof proof;
   Note note;
   Loader loader;
   Shot shot;
@@ -149,6 +165,7 @@ bool pick_press(View *v, int x, int y); // on a row of the panel?
 void pick_drag(View *v, int dx);
 rf_world *view_world(View *v);                            // for rays; may be NULL
 uint32_t view_object(const View *v, int x, int y); // 1 + index of the object that the picture shows there; 0: none
+bool view_look(View *v, int x, int y, rf_vec3 *place, rf_ray *ray, rf_hit *hit, rf_arrival *at); // the same, and how it got there
 bool view_hit(View *v, int x, int y, rf_vec3 *place, rf_ray *ray, rf_hit *hit); // what the picture shows there
 
 // view_voxels.c: brushes
@@ -160,6 +177,13 @@ void brush_take_color(View *v);
 bool brush_press(View *v, int x, int y, bool is_inward); // on voxels, with a brush in hand?
 void brush_drag(View *v, int x, int y);
 void brush_release(View *v);
+
+// view_prove.c: ruler, triangles, the arrow, volumes
+void prove_pin(View *v);    // at what the mouse points at
+void prove_clear(View *v);
+bool prove_sees_pins(const View *v); // the eye has not moved since
+void prove_arrow(View *v);  // takes it up, or tells how it is turned and lays it down
+void prove_volume(View *v);
 
 // view_shot.c: pictures in full quality
 void shot_begin(View *v);

@@ -114,9 +114,28 @@ static rf_vec3 turned(rf_vec3 v, const rf_frame *from, const rf_frame *to)
   return vec_add(vec_add(vec_add(zero, to->x, vec_dot(v, from->x)), to->y, vec_dot(v, from->y)), to->z, vec_dot(v, from->z));
 }
 
+// The arrow takes the same step, from the same place, but is turned by nothing else.
+static void carry_arrow(Walker *w, const rf_world *world, rf_vec3 step)
+{
+  if (!w->carries) return;
+  w->carries = world && w->arrow.cell == w->pose.cell && !memcmp(&w->arrow.frame.p, &w->pose.place, sizeof w->pose.place);
+  if (!w->carries) return;
+  w->carried += (double)(vec_length(step) / w->arrow.scale);
+  (void)rf_walk(world, &w->arrow, step, false);
+}
+
+void walker_carry(Walker *w, bool on)
+{
+  const rf_eye e = walker_eye(w);
+  w->carries = on;
+  w->carried = 0;
+  w->arrow = w->arrow_home = (rf_body){.frame = e.frame, .scale = 1, .cell = e.cell};
+}
+
 // One straight step, whatever is in the way.
 static void step_by(Walker *w, const rf_world *world, rf_vec3 step)
 {
+  carry_arrow(w, world, step);
   if (!world) {
     w->pose.place = vec_add(w->pose.place, step, 1);
     return;

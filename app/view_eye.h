@@ -29,6 +29,10 @@ typedef struct Walker {
   int stop_count;     // of a flight in progress; 0: none
   Pose stops[MOST_STOPS];
   float flown; // stops behind
+  bool carries;       // an arrow, by parallel transport along every step; a leap loses it
+  rf_body arrow;      // where it is, turned as it is: it points along -z
+  rf_body arrow_home; // as it was when it was taken up
+  double carried;     // metres
 } Walker;
 
 typedef struct Wish { // of the keys and sticks held, each -1..1
@@ -44,6 +48,7 @@ void walker_orbit(Walker *w, rf_vec3 centre, float yaw, float pitch);
 void walker_dolly(Walker *w, float notches); // towards what is looked at
 void walker_foot(Walker *w, const rf_world *world, bool on);
 void walker_fly(Walker *w, const Pose *stops, int count); // from here along them
+void walker_carry(Walker *w, bool on); // the arrow
 // Moves by `seconds`, through gates if there is a world, which may be NULL. True if the eye is another then.
 bool walker_move(Walker *w, const Wish *wish, double seconds, const rf_world *world);
 

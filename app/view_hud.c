@@ -170,6 +170,62 @@ static void draw_figures(Canvas *c, const View *v)
   figure(c, v, left, &y, "frame", text);
 }
 
+// --- proofs -----------------------------------------------------------------------------------------
+// A line with round ends, of so many pixels.
+static void stroke(Canvas *c, float ax, float ay, float bx, float by, float width, uint32_t color)
+{
+  const float dx = bx - ax, dy = by - ay, square = fmaxf(dx * dx + dy * dy, 1e-6f), r = width / 2;
+  const int x0 = (int)fmaxf(fminf(ax, bx) - r - 1, 0), x1 = (int)fminf(fmaxf(ax, bx) + r + 2, (float)c->width);
+  const int y0 = (int)fmaxf(fminf(ay, by) - r - 1, 0), y1 = (int)fminf(fmaxf(ay, by) + r + 2, (float)c->height);
+  for (int y = y0; y < y1; y++)
+    for (int x = x0; x < x1; x++) {
+      const float px = (float)x + 0.5f - ax, py = (float)y + 0.5f - ay, t = fminf(fmaxf((px * dx + py * dy) / square, 0), 1);
+      const float far = hypotf(px - t * dx, py - t * dy), share = fminf(fmaxf(r - far + 0.5f, 0), 1);
+      uint32_t *p = c->pixels + (size_t)y * (size_t)c->width + (size_t)x;
+      *p = color_mix(*p, color, (uint32_t)(share * 256));
+    }
+}
+
+static void draw_pins(Canvas *c, const View *v)
+{
+  const Proof *p = &v->proof;
+  const float s = v->scale;
+  for (int i = 0; i < p->pin_count; i++) {
+    char number[4];
+    const float x = (float)p->pins[i].x, y = (float)p->pins[i].y;
+    snprintf(number, sizeof number, "%d", i + 1);
+    stroke(c, x, y, x, y, 11 * s, PANEL);
+    stroke(c, x, y, x, y, 7 * s, ACCENT);
+    text_draw(c, v->font, x + 8 * s, y - 5 * s, SMALL * s, INK, number);
+  }
+}
+
+static void draw_proof(Canvas *c, const View *v)
+{
+  const Proof *p = &v->proof;
+  const float s = v->scale, x = MARGIN * s, top = (MARGIN + 2 * PAD + 26 + 4 * LINE + 6 + 8) * s;
+  float width = 0;
+  for (int i = 0; i < p->line_count; i++) width = fmaxf(width, text_width(v->font, SMALL * s, p->lines[i]));
+  panel(c, x, top, fmaxf(width + 2 * PAD * s, 244 * s), (2 * PAD + (float)(p->line_count - 1) * LINE + 12) * s, s);
+  for (int i = 0; i < p->line_count; i++)
+    text_draw(c, v->font, x + PAD * s, top + (PAD + 10 + (float)i * LINE) * s, SMALL * s, i ? INK : ACCENT, p->lines[i]);
+}
+
+// The arrow that is carried, as it points for the eye: seen from behind and above, so that ahead is up.
+static void draw_arrow(Canvas *c, const View *v)
+{
+  const rf_eye e = walker_eye(&v->walker);
+  const rf_vec3 z = v->walker.arrow.frame.z;
+  const float s = v->scale, r = 34 * s, x = (float)c->width - (MARGIN + 46) * s, y = (float)c->height - (MARGIN + 46) * s;
+  const float right = -vec_dot(z, e.frame.x), up = -vec_dot(z, e.frame.y), ahead = vec_dot(z, e.frame.z);
+  const float tx = r * right, ty = -r * (0.866f * ahead + 0.5f * up), length = fmaxf(hypotf(tx, ty), 1e-3f);
+  const float ux = tx / length, uy = ty / length, head = fminf(10 * s, length);
+  box(c, x - 46 * s, y - 46 * s, 92 * s, 92 * s, 46 * s, PANEL, 0.8f);
+  stroke(c, x - tx, y - ty, x + tx, y + ty, 3 * s, ACCENT);
+  stroke(c, x + tx, y + ty, x + tx - head * (ux + 0.6f * uy), y + ty - head * (uy - 0.6f * ux), 3 * s, ACCENT);
+  stroke(c, x + tx, y + ty, x + tx - head * (ux - 0.6f * uy), y + ty - head * (uy + 0.6f * ux), 3 * s, ACCENT);
+}
+
 // --- keys and notes -------------------------------------------------------------------------------
 static void draw_help(Canvas *c, const View *v)
 {
@@ -230,8 +286,11 @@ void hud_draw(View *v)
   if (v->shows_hud && v->font) {
     draw_figures(&c, v);
     if (v->picked.object) draw_picked(&c, v);
+    if (v->proof.line_count) draw_proof(&c, v);
+    if (prove_sees_pins(v)) draw_pins(&c, v);
     draw_hint(&c, v);
   }
+  if (v->walker.carries) draw_arrow(&c, v);
   if (v->shows_help) draw_help(&c, v);
   if (v->clock < v->note.until)
     draw_bottom(&c, v, v->note.text, v->note.is_bad ? BAD : INK);

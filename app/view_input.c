@@ -221,6 +221,26 @@ static void take_color(View *v, const Event *e)
   brush_take_color(v);
 }
 
+static void measure(View *v, const Event *e)
+{
+  if (e->mods & MOD_SHIFT)
+    prove_clear(v);
+  else
+    prove_pin(v);
+}
+
+static void arrow(View *v, const Event *e)
+{
+  (void)e;
+  prove_arrow(v);
+}
+
+static void volume(View *v, const Event *e)
+{
+  (void)e;
+  prove_volume(v);
+}
+
 static void save(View *v, const Event *e)
 {
   (void)e;
@@ -299,6 +319,9 @@ static const Action actions[] = {
     {'x', 0, "X", "square or round brush", form_brush},
     {'r', 0, "R", "how much its colours vary", vary_brush},
     {'c', 0, "C", "take the colour under the mouse", take_color},
+    {'m', 0, "M", "measure to the mouse; 2 or 3: a triangle", measure},
+    {'h', 0, "H", "carry an arrow round, and lay it down", arrow},
+    {'j', 0, "J", "volume of this cell", volume},
     {'l', 0, "L", "first light to where I am", light_to_eye},
     {'[', 0, "[ ]", "darker, brighter", change_exposure},
     {']', 0, NULL, NULL, change_exposure},

@@ -23,20 +23,25 @@ uint32_t view_object(const View *v, int x, int y)
 }
 
 // Lights that the eye does not see are in the way of bare rays; these pass them.
-bool view_hit(View *v, int x, int y, rf_vec3 *place, rf_ray *ray, rf_hit *hit)
+bool view_look(View *v, int x, int y, rf_vec3 *place, rf_ray *ray, rf_hit *hit, rf_arrival *at)
 {
   rf_world *w = view_world(v);
   if (!w || !v->frame.number) return false;
   rf_ray from = rf_eye_ray(&v->frame.eye, (float)v->width, (float)v->height, (float)x + 0.5f, (float)y + 0.5f);
   for (int tries = 0; tries < 16; tries++) {
-    rf_arrival at;
-    if (!rf_look(w, v->frame.eye.cell, &from, hit, &at)) return false;
-    *ray = at.ray;
-    *place = vec_add(from.origin, from.direction, at.length); // where it seems to be, if there is a gate between
+    if (!rf_look(w, v->frame.eye.cell, &from, hit, at)) return false;
+    *ray = at->ray;
+    *place = vec_add(from.origin, from.direction, at->length); // where it seems to be, if there is a gate between
     if (hit->object.id != UINT32_MAX) return true;
-    from.tmin = at.length * 1.0001f + 1e-5f;
+    from.tmin = at->length * 1.0001f + 1e-5f;
   }
   return false;
+}
+
+bool view_hit(View *v, int x, int y, rf_vec3 *place, rf_ray *ray, rf_hit *hit)
+{
+  rf_arrival at;
+  return view_look(v, x, y, place, ray, hit, &at);
 }
 
 // --- values ---------------------------------------------------------------------------------------
@@ -126,17 +131,18 @@ void pick_at(View *v, int x, int y)
 {
   rf_ray ray;
   rf_hit hit;
+  rf_arrival at;
   rf_vec3 place;
   pick_clear(v);
   Picked *p = &v->picked;
   const uint32_t object = view_object(v, x, y);
-  if (!object || !view_hit(v, x, y, &place, &ray, &hit)) return;
+  if (!object || !view_look(v, x, y, &place, &ray, &hit, &at)) return;
   const rf_surface s = rf_surface_at(view_world(v), &ray, &hit);
   p->object = object;
   p->triangle = hit.part;
-  p->distance = hit.t;
+  p->distance = at.length;
   p->place = place;
-  v->walker.focus = hit.t;
+  v->walker.focus = at.length;
   if (s.material_name) snprintf(p->material, sizeof p->material, "%s", s.material_name);
   pick_refresh(v);
 }

@@ -123,6 +123,35 @@ frame
 expect value 'materials.white.albedo.0' 0.38
 S
 size=
+# --- proofs: a triangle of the flat room, an arrow that nothing turns, no volume without walls of space ---
+play prove 0 --integrator normal <<'S'
+settle
+mouse 80 100
+key m
+frame
+expect proof '0 gates'
+mouse 30 60
+key m
+mouse 130 50
+key m
+frame
+expect proof 'angles 180.000'
+key h
+frame
+expect note 'come back'
+down w
+frame 20
+up w
+down d
+frame 10
+up d
+key h
+frame
+expect proof 'turned by 0.000'
+key j
+frame
+expect note 'no walls of space'
+S
 # --- stored views, flights, saving ------------------------------------------------------------------
 play views 0 --integrator normal <<'S'
 settle
