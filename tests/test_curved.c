@@ -135,6 +135,50 @@ TEST(lamps_thin_out_as_spheres_grow)
   CHECK_NEAR(floor_brightness("\"space\": \"torus\", \"size\": [900, 900, 900]", 0, 1.2) * 1.44, 1, 2e-3);
 }
 
+// --- whitted ----------------------------------------------------------------------------------------
+// Lamps without a size, matt surfaces and mirrors: a chain of mirrors without scattered rays is all there is, so both
+// integrators without chance must see the same.
+#define MIRRORS(cell, place)                                                                                           \
+  "{ \"rayfold\": 1, \"render\": { \"size\": [40, 30], \"spp\": 1, \"max_depth\": 5, \"scatter\": 0, \"filter\": \"box\"," \
+  "\"filter_width\": 1e-6, \"crossings\": 40, \"fade\": 9, \"fade_color\": [0, 0.2, 0.3], \"light_gates\": 0 },"   \
+  "\"camera\": { \"position\": " place ", \"target\": [0, 0, 0], \"fov\": 80, \"cell\": \"c\" },"                     \
+  "\"materials\": { \"m\": { \"kind\": \"mirror\" }, \"w\": { \"kind\": \"lambert\", \"albedo\": [0.8, 0.5, 0.3] } }," \
+  "\"cells\": { \"c\": { " cell ", \"beams\": 0.15, \"beam_material\": \"w\" } },"                                    \
+  "\"objects\": [ { \"shape\": { \"kind\": \"box\", \"size\": [0.6, 0.6, 0.6] }, \"translate\": [0.3, -0.3, 0], \"rotate\": [10, 30, 0], \"cell\": \"c\", \"material\": \"w\" }," \
+  "{ \"shape\": { \"kind\": \"sphere\", \"radius\": 0.4 }, \"translate\": [-0.6, 0.2, 0.1], \"cell\": \"c\", \"material\": \"m\" } ]," \
+  "\"lights\": [ { \"kind\": \"point\", \"position\": [0.1, 0.9, 0.5], \"intensity\": 2, \"cell\": \"c\" } ] }"
+
+static int differing(const char *json, double *light)
+{
+  enum { PIXELS = 40 * 30 };
+  static float seen[2][PIXELS][4];
+  const Integrator by[2] = {INTEGRATOR_WHITTED, INTEGRATOR_CLASSIC};
+  for (int k = 0; k < 2; k++) {
+    Film *f = picture_of(json, by[k], cpu_best_isa());
+    CHECK(f && film_resolve(f, FILM_BEAUTY, seen[k][0]));
+    film_destroy(f);
+  }
+  int off = 0;
+  *light = 0;
+  for (int i = 0; i < PIXELS; i++) {
+    *light += (double)seen[1][i][0] / PIXELS;
+    off += fabsf(seen[0][i][0] - seen[1][i][0]) > 2e-3f * (0.1f + seen[1][i][0]);
+  }
+  return off;
+}
+
+TEST(whitted_sees_curved_light)
+{
+  static const char *const scenes[3] = {MIRRORS("\"kind\": \"spherical\", \"space\": \"poincare\", \"radius\": 5", "[0.2, 0.1, 1.2]"),
+                                        MIRRORS("\"kind\": \"hyperbolic\", \"space\": \"seifert_weber\", \"radius\": 2", "[0.2, 0.1, 1]"),
+                                        MIRRORS("\"space\": \"torus\", \"size\": [3, 3, 3]", "[0.2, 0.1, 1.2]")};
+  for (int i = 0; i < 3; i++) {
+    double light;
+    const int off = differing(scenes[i], &light);
+    CHECK_MSG(off <= 2 && light > 0.01, "%d: %d pixels differ, mean %g", i, off, light);
+  }
+}
+
 // --- the rest -------------------------------------------------------------------------------------
 TEST(every_instruction_set_sees_the_same_space)
 {

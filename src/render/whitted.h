@@ -34,6 +34,8 @@ static inline void whitted_place(Whitted *t, const RenderPass *pass, RayCounters
   t->pass = pass;
   t->counters = counters;
   t->lanes = pass->world->lanes;
+  t->has_curved = false;
+  for (uint32_t i = 0; i < pass->world->cell_count; i++) t->has_curved |= world_curvature(pass->world, i) != 0;
   whitted_make_skins(t);
 }
 
@@ -145,6 +147,12 @@ static inline void whitted_look(Whitted *t)
     wx_store(&t->list[GO_WIDTH][i], wx_set(share * begin));
     wx_store(&t->list[GO_SPREAD][i], share * whitted_spread(e, height, d));
   }
+  const float kappa = world_curvature(pass->world, e->cell);
+  for (size_t i = 0; kappa != 0 && i < t->count; i++) {
+    float (*o)[LIST_ROW] = t->list + GO_O, (*d)[LIST_ROW] = t->list + GO_D;
+    const Vec3 turned = local_direction(kappa, v3(o[0][i], o[1][i], o[2][i]), v3(d[0][i], d[1][i], d[2][i]));
+    for (int k = 0; k < 3; k++) d[k][i] = turned[k];
+  }
   memset(t->signature, 0, sizeof t->signature);
   for (size_t i = 0; i < WHITTED_SIZE; i++) {
     t->list_int[GO_WAY][i] = 1;
@@ -160,11 +168,26 @@ static inline void whitted_look(Whitted *t)
 
 // --- what goes on -----------------------------------------------------------------------------------------
 
+// What goes which way in the chart, of those in curved cells.
+static inline Wide3 whitted_in_chart(const Whitted *t, int lane, unsigned bits, Wide3 d)
+{
+  float rows[3][WIDEST];
+  w3_store(rows[0], WIDEST, d);
+  for (; bits; bits &= bits - 1) {
+    const int k = __builtin_ctz(bits);
+    const size_t i = (size_t)(lane + k);
+    const Vec3 turned = local_direction(whitted_kappa(t, i), whitted_row3(t->at + AT_P, i), v3(rows[0][k], rows[1][k], rows[2][k]));
+    for (int c = 0; c < 3; c++) rows[c][k] = turned[c];
+  }
+  return w3_load(rows[0], WIDEST);
+}
+
 static inline void whitted_send(Whitted *t, int lane, unsigned bits, Wide3 weight, Wide3 d, Wide3 absorption, bool is_refracted)
 {
   weight = w3_mul(weight, whitted_go3(t, GO_WEIGHT, lane));
   bits &= wx_lt(wx_set(t->pass->world->whitted.least_weight), w3_most(weight));
   if (!bits) return;
+  if (t->has_curved) d = whitted_in_chart(t, lane, bits, d);
   const Wide3 p = whitted_at3(t, AT_P, lane), ng = whitted_at3(t, AT_NG, lane);
   const wx error = wx_load(&t->at[AT_ERROR][lane]), off = wx_choose(wx_lt(w3_dot(d, ng), wx_set(0)), -error, error);
   const Wide3 o = w3_add(p, w3_scale(ng, off));

@@ -78,7 +78,7 @@ static inline bool whitted_sample(const Whitted *t, size_t i, size_t light, Ligh
     return sun_sample(&set->suns[light - (by_chance ? 1 : set->emitter_count)], u, l);
   if (by_chance) {
     const float choice = sample_pair(&sampler, PAIR_VERTEX + (hash_combine(way, 77) >> 8)).x;
-    return emitter_sample(set, w->textures, p, n, choice, u, l);
+    return emitter_sample(set, w->textures, p, local_chart_normal(whitted_kappa(t, i), p, n), choice, u, l);
   }
   const Emitter *e = &set->emitters[light];
   l->image = e->image;
@@ -99,14 +99,19 @@ static inline bool whitted_aim_one(Whitted *t, size_t i, size_t light)
 {
   LightSample l;
   if (!whitted_sample(t, i, light, &l) || !(l.pdf > 0)) return false;
-  Vec3 arriving = l.radiance / l.pdf;
   const bool is_classic = t->pass->world->whitted.light_units == LIGHT_UNITS_CLASSIC;
-  if (is_classic && l.is_delta && l.distance < INFINITY) arriving = arriving * (l.distance * l.distance);
+  const bool is_undiminished = is_classic && l.is_delta && l.distance < INFINITY;
+  const Vec3 sent = l.radiance;
+  Vec3 wl;
+  float length;
+  local_lamp(whitted_kappa(t, i), whitted_row3(t->at + AT_P, i), &l, &wl, &length);
+  Vec3 arriving = (is_undiminished ? sent : l.radiance) / l.pdf;
+  if (is_undiminished) arriving = arriving * (l.distance * l.distance);
   if (world_has_gates(t->pass->world)) {
     t->plans[i] = light_plan(t->pass->world, t->go_int[GO_CELL][i], l.image);
-    arriving = arriving * path_light_fade(t->pass->world, l.distance);
+    arriving = arriving * path_light_fade(t->pass->world, length);
   }
-  whitted_set3(t->at + AT_WL, i, l.wl);
+  whitted_set3(t->at + AT_WL, i, wl);
   whitted_set3(t->at + AT_ARRIVING, i, arriving);
   t->at[AT_DISTANCE][i] = l.distance;
   return true;
@@ -304,16 +309,16 @@ static inline void whitted_through(Whitted *t, WhittedLights *l, RayMask mask)
     for (size_t k = 0; k < l->count; k++) {
       const size_t i = l->of[k];
       const Hit *hit = &hits[k];
-      Vec3 light = whitted_row3(t->at + AT_ARRIVING, i);
-      light *= path_fade(inside[k], hit->instance == NO_HIT ? (l->rays[k].tmax < INFINITY ? l->rays[k].tmax : 0) : hit->t);
+      const Ray ray = ray_unpack(&l->rays[k]);
+      const float passed = hit->instance != NO_HIT ? hit->t : ray.tmax < INFINITY ? ray.tmax : 0;
+      Vec3 light = whitted_row3(t->at + AT_ARRIVING, i) * path_fade(inside[k], local_length(whitted_kappa(t, i), &ray, passed));
       SurfacePoint s;
       const SurfaceMaterial *m = NULL;
       if (hit->instance != NO_HIT)
         light *= pane == MOST_PANES ? v3_all(0) : whitted_pane(w, &l->rays[k], hit, &s, &m);
       whitted_set3(t->at + AT_ARRIVING, i, light);
       if (hit->instance == NO_HIT || v3_is_zero(light)) continue;
-      const Vec3 d = v3_load(l->rays[k].d);
-      const Ray on = {offset_origin(&s, d), d, 0, l->rays[k].tmax - hit->t};
+      const Ray on = {offset_origin(&s, ray.d), ray.d, 0, ray.tmax - hit->t};
       if (!(on.tmax > 0)) continue;
       l->rays[kept] = ray_pack(&on);
       l->queries[kept] = l->queries[k];
@@ -327,7 +332,8 @@ static inline void whitted_through(Whitted *t, WhittedLights *l, RayMask mask)
 static inline Ray whitted_light_ray(const Whitted *t, size_t i)
 {
   const SurfacePoint s = {.p = whitted_row3(t->at + AT_P, i), .ng = whitted_row3(t->at + AT_NG, i), .error = t->at[AT_ERROR][i]};
-  return trace_light_ray(&s, whitted_row3(t->at + AT_WL, i), t->at[AT_DISTANCE][i]);
+  const Vec3 d = local_direction(whitted_kappa(t, i), s.p, whitted_row3(t->at + AT_WL, i));
+  return trace_light_ray(&s, d, t->at[AT_DISTANCE][i]);
 }
 
 static inline uint64_t whitted_shadows_by_trees(Whitted *t, uint64_t asked, size_t light, bool is_transparent)

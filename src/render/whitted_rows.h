@@ -90,6 +90,7 @@ typedef struct Whitted {
   float last_gate[WHITTED_SIZE];    // along them, 0: none
   uint64_t plans[WHITTED_SIZE];     // the gates that the light is aimed through
   PackedRay eye_rays[WHITTED_SIZE]; // of the pixels
+  bool has_curved; // cells; there AT_P, AT_NG and rays that go are of the chart, what is shaded with is local (local.h)
 } Whitted;
 
 static inline Wide3 whitted_go3(const Whitted *t, int row, int lane) { return w3_load(&t->go[row][lane], WHITTED_ROW); }
@@ -114,6 +115,11 @@ static inline uint64_t whitted_all(const Whitted *t) { return t->going == 64 ? U
 static inline void whitted_mark(uint64_t *set, int lane, unsigned bits) { *set |= (uint64_t)bits << lane; }
 static inline uint32_t whitted_level(const Whitted *t, size_t i) { return t->go_int[GO_INFO][i] >> INFO_LEVEL & 0xff; }
 static inline uint32_t whitted_pixel(const Whitted *t, size_t i) { return t->go_int[GO_INFO][i] & 0xff; }
+
+static inline float whitted_kappa(const Whitted *t, size_t i)
+{
+  return t->has_curved ? world_curvature(t->pass->world, t->go_int[GO_CELL][i]) : 0;
+}
 
 static inline Sampler whitted_sampler(const Whitted *t, size_t i)
 {

@@ -48,12 +48,16 @@ static inline void whitted_find_through_gates(Whitted *t, RayMask mask)
     rays[i] = ray_pack(&ray);
     t->ways[i] = way_begin(t->go_int[GO_CELL][i]);
     queries[i] = (TraceQuery){t->pass->world, whitted_seed(t, i, 0), 0, 0};
-    if (whitted_level(t, i) == 0) t->eye_rays[whitted_pixel(t, i)] = rays[i];
+    PackedRay *seen = &t->eye_rays[whitted_pixel(t, i)];
+    if (whitted_level(t, i) > 0) continue;
+    *seen = rays[i];
+    v3_store(seen->d, local_vector(whitted_kappa(t, i), ray.o, ray.d));
   }
   ways_closest(t->pass->world, rays, t->ways, queries, t->going, mask, t->counters, &t->habits[whitted_level(t, 0) > 0], t->hits);
   for (size_t i = 0; i < t->going; i++) {
     const Way *way = &t->ways[i];
-    t->t[i] = t->hits[i].t;
+    const Ray last = ray_unpack(&rays[i]);
+    t->t[i] = t->has_curved ? local_length(world_curvature(t->pass->world, way->cell), &last, t->hits[i].t) : t->hits[i].t;
     t->last_gate[i] = way_length(way, rays[i].tmin);
     if (t->hits[i].instance != NO_HIT) t->met |= 1ull << i;
     if (!way->crossings) continue;
@@ -374,6 +378,15 @@ static inline Hit whitted_hit_of_lane(const Whitted *t, size_t i, const Ray *ray
   return hit;
 }
 
+// From here on the ray and its surface are as what scatters sees them.
+static inline void whitted_turn_to_local(Whitted *t, size_t i, float kappa)
+{
+  SurfacePoint *s = &t->surface[i];
+  if (kappa == 0) return;
+  whitted_set3(t->go + GO_D, i, local_vector(kappa, s->p, whitted_row3(t->go + GO_D, i)));
+  *s = local_surface(kappa, s);
+}
+
 static inline void whitted_fill_one(Whitted *t, size_t i)
 {
   const World *w = t->pass->world;
@@ -381,24 +394,28 @@ static inline void whitted_fill_one(Whitted *t, size_t i)
   if (t->lanes) t->hits[i] = whitted_hit_of_lane(t, i, &ray);
   SurfacePoint *s = &t->surface[i];
   *s = trace_surface(w, &ray, &t->hits[i]);
-  trace_footprint(w, &ray, &t->hits[i], t->at[AT_WIDTH][i], s);
+  const float kappa = whitted_kappa(t, i);
+  if (kappa != 0) t->at[AT_WIDTH][i] = t->go[GO_WIDTH][i] + t->go[GO_SPREAD][i] * local_spread(kappa, t->ways[i].passed + t->t[i]);
+  trace_footprint(w, &ray, &t->hits[i], kappa == 0 ? t->at[AT_WIDTH][i] : t->at[AT_WIDTH][i] / chart_w(kappa, s->p), s);
   if (t->lanes) s->error = max_f(s->error, (LANE_ULPS * 0x1p-24f) * t->lanes->shapes[t->shape[i]].reach);
   const SurfaceMaterial *shown = &w->materials[s->material], *m = material_choose(shown, w->textures, s, 0.5f);
   const WhittedSkin k = whitted_skin(w, shown, m, s);
   t->material[i] = m;
   whitted_set3(t->at + AT_P, i, s->p);
   whitted_set3(t->at + AT_NG, i, s->ng);
-  whitted_set3(t->at + AT_N, i, material_normal(m, w->textures, s, -ray.d));
   t->at[AT_ERROR][i] = s->error;
   t->object[i] = w->instances[s->instance].object_i + 1;
   t->pattern[i] = t->has_signatures && m->color_map.map >= 0 ? texture_tile(&w->textures[m->color_map.map], s) : 0;
   if (s->is_back) t->is_back |= 1ull << i;
   const int lane = (int)i / WIDEST * WIDEST;
   whitted_put_skin(t, &k, lane, 1u << ((int)i - lane), w3_of(k.diffuse), w3_of(k.glow));
+  const SurfacePoint in_chart = *s;
+  whitted_turn_to_local(t, i, kappa);
+  whitted_set3(t->at + AT_N, i, material_normal(m, w->textures, s, -whitted_row3(t->go + GO_D, i)));
   if (whitted_level(t, i) > 0) return;
-  path_first_hit(t->pass, s, &t->hits[i], clamp_color(k.diffuse + k.mirror + k.passed), &t->seen[whitted_pixel(t, i)]);
-  if (world_has_gates(w) && t->ways[i].is_moved)
-    path_unfold(&t->pass->eye, &t->eye_rays[whitted_pixel(t, i)], way_length(&t->ways[i], t->hits[i].t), &t->seen[whitted_pixel(t, i)]);
+  path_first_hit(t->pass, &in_chart, &t->hits[i], clamp_color(k.diffuse + k.mirror + k.passed), &t->seen[whitted_pixel(t, i)]);
+  if (world_has_gates(w) && (t->ways[i].is_moved || kappa != 0))
+    path_unfold(&t->pass->eye, &t->eye_rays[whitted_pixel(t, i)], way_length(&t->ways[i], t->t[i]), &t->seen[whitted_pixel(t, i)]);
 }
 
 // --- all of a packet ------------------------------------------------------------------------------------
