@@ -6,27 +6,11 @@
 
 #include "accel/brute.h"
 #include "accel/place.h"
-#include "base/hash.h"
 #include "base/mem.h"
 #include "geom/offset.h"
 #include "render/hot.h"
+#include "tests/random.h"
 #include "world/world.h"
-
-static uint32_t state = 1;
-
-static float rnd(void)
-{
-  state = hash_u32(state + 0x9e3779b9u);
-  return unit_float(state);
-}
-
-static float rnd_between(float low, float high) { return low + (high - low) * rnd(); }
-
-static Vec3 rnd_direction(void)
-{
-  const float z = 1 - 2 * rnd(), r = safe_sqrt(1 - z * z), a = 2 * PI * rnd();
-  return v3(r * f_cos(a), r * f_sin(a), z);
-}
 
 enum { SHAPES = 12, FIRST_OPEN = 9 };
 

@@ -12,20 +12,32 @@ typedef struct Dual { // a value and its slopes along x, y and z
   Span v, slope[3];
 } Dual;
 
+// Spans hold numbers, infinite ones among them: infinity less infinity is the only thing that would make others of them
+// (add), so these need not care for what is no number.
+static double least_of(double a, double b) { return a < b ? a : b; }
+static double most_of(double a, double b) { return a > b ? a : b; }
+
 static const Span whole = {-INFINITY, INFINITY}, nothing = {0, 0};
 
 static bool has_zero(Span a) { return a.lo <= 0 && a.hi >= 0; }
-static double most(Span a) { return a.lo <= a.hi ? fmax(fabs(a.lo), fabs(a.hi)) : INFINITY; } // also of what is no number
-static Span add(Span a, Span b) { return (Span){a.lo + b.lo, a.hi + b.hi}; }
+static double most(Span a) { return most_of(fabs(a.lo), fabs(a.hi)); }
+
+// Where an end would be no number, that end is not known.
+static Span add(Span a, Span b)
+{
+  const double lo = a.lo + b.lo, hi = a.hi + b.hi;
+  return (Span){lo == lo ? lo : -INFINITY, hi == hi ? hi : INFINITY};
+}
+
 static Span negate(Span a) { return (Span){-a.hi, -a.lo}; }
-static Span hull(Span a, Span b) { return (Span){fmin(a.lo, b.lo), fmax(a.hi, b.hi)}; }
+static Span hull(Span a, Span b) { return (Span){least_of(a.lo, b.lo), most_of(a.hi, b.hi)}; }
 
 static double product(double a, double b) { return a == 0 || b == 0 ? 0 : a * b; } // 0 times infinity is 0
 
 static Span times(Span a, Span b)
 {
   const double p[4] = {product(a.lo, b.lo), product(a.lo, b.hi), product(a.hi, b.lo), product(a.hi, b.hi)};
-  return (Span){fmin(fmin(p[0], p[1]), fmin(p[2], p[3])), fmax(fmax(p[0], p[1]), fmax(p[2], p[3]))};
+  return (Span){least_of(least_of(p[0], p[1]), least_of(p[2], p[3])), most_of(most_of(p[0], p[1]), most_of(p[2], p[3]))};
 }
 
 static Span invert(Span a) { return has_zero(a) ? whole : (Span){1 / a.hi, 1 / a.lo}; }
@@ -35,7 +47,7 @@ static Span sine(Span a)
 {
   const double pi = 3.14159265358979323846;
   if (!(a.hi - a.lo < 2 * pi) || !(most(a) < 1e6)) return (Span){-1, 1};
-  Span s = {fmin(sin(a.lo), sin(a.hi)), fmax(sin(a.lo), sin(a.hi))};
+  Span s = {least_of(sin(a.lo), sin(a.hi)), most_of(sin(a.lo), sin(a.hi))};
   if (floor((a.hi - pi / 2) / (2 * pi)) > floor((a.lo - pi / 2) / (2 * pi))) s.hi = 1;
   if (floor((a.hi + pi / 2) / (2 * pi)) > floor((a.lo + pi / 2) / (2 * pi))) s.lo = -1;
   return s;
@@ -70,7 +82,7 @@ static Dual dual_negate(const Dual *a)
 static Dual dual_multiply(const Dual *a, const Dual *b)
 {
   Dual r = {.v = times(a->v, b->v)};
-  if (a == b) r.v = (Span){has_zero(a->v) ? 0 : fmin(a->v.lo * a->v.lo, a->v.hi * a->v.hi), most(a->v) * most(a->v)};
+  if (a == b) r.v = (Span){has_zero(a->v) ? 0 : least_of(a->v.lo * a->v.lo, a->v.hi * a->v.hi), most(a->v) * most(a->v)};
   for (int k = 0; k < 3; k++) r.slope[k] = add(times(a->slope[k], b->v), times(a->v, b->slope[k]));
   return r;
 }
@@ -85,7 +97,7 @@ static Dual dual_min(const Dual *a, const Dual *b)
 {
   if (a->v.hi < b->v.lo) return *a;
   if (b->v.hi < a->v.lo) return *b;
-  Dual r = {.v = {fmin(a->v.lo, b->v.lo), fmin(a->v.hi, b->v.hi)}};
+  Dual r = {.v = {least_of(a->v.lo, b->v.lo), least_of(a->v.hi, b->v.hi)}};
   for (int k = 0; k < 3; k++) r.slope[k] = hull(a->slope[k], b->slope[k]);
   return r;
 }
@@ -105,14 +117,14 @@ static Dual dual_abs(const Dual *a)
 
 static Dual dual_sqrt(const Dual *a)
 {
-  const double lo = sqrt(fmax(a->v.lo, 0)), hi = sqrt(fmax(a->v.hi, 0));
+  const double lo = sqrt(most_of(a->v.lo, 0)), hi = sqrt(most_of(a->v.hi, 0));
   return chain((Span){lo, hi}, (Span){hi > 0 ? 0.5 / hi : 0, lo > 0 ? 0.5 / lo : INFINITY}, a);
 }
 
 static Dual dual_exp(const Dual *a)
 {
   const double m = FORMULA_MOST_EXPONENT;
-  const Span e = {exp(fmin(fmax(a->v.lo, -m), m)), exp(fmin(fmax(a->v.hi, -m), m))};
+  const Span e = {exp(least_of(most_of(a->v.lo, -m), m)), exp(least_of(most_of(a->v.hi, -m), m))};
   return chain(e, (Span){0, e.hi}, a);
 }
 
@@ -128,7 +140,7 @@ static Dual dual_length(const Dual *const parts[], int count)
 {
   double lo = 0, hi = 0;
   for (int i = 0; i < count; i++) {
-    const double least = has_zero(parts[i]->v) ? 0 : fmin(fabs(parts[i]->v.lo), fabs(parts[i]->v.hi));
+    const double least = has_zero(parts[i]->v) ? 0 : least_of(fabs(parts[i]->v.lo), fabs(parts[i]->v.hi));
     lo += least * least;
     hi += most(parts[i]->v) * most(parts[i]->v);
   }
@@ -139,12 +151,12 @@ static Dual dual_length(const Dual *const parts[], int count)
     double bound = 0;
     for (int i = 0; i < count; i++) {
       Span weight = times(parts[i]->v, over);
-      weight = (Span){fmax(weight.lo, -1), fmin(weight.hi, 1)};
+      weight = (Span){most_of(weight.lo, -1), least_of(weight.hi, 1)};
       slope = add(slope, times(weight, parts[i]->slope[k]));
       bound += most(parts[i]->slope[k]) * most(parts[i]->slope[k]);
     }
     bound = sqrt(bound);
-    r.slope[k] = (Span){fmax(slope.lo, -bound), fmin(slope.hi, bound)};
+    r.slope[k] = (Span){most_of(slope.lo, -bound), least_of(slope.hi, bound)};
   }
   return r;
 }
@@ -155,8 +167,8 @@ static Dual dual_atan2(const Dual *y, const Dual *x)
   Dual r = {.v = {-pi, pi}, .slope = {whole, whole, whole}};
   if (has_zero(y->v) && x->v.lo <= 0) return r; // the jump, or the middle
   const Span length2 = add(times(x->v, x->v), times(y->v, y->v));
-  const double least_x = has_zero(x->v) ? 0 : fmin(fabs(x->v.lo), fabs(x->v.hi));
-  const double least_y = has_zero(y->v) ? 0 : fmin(fabs(y->v.lo), fabs(y->v.hi));
+  const double least_x = has_zero(x->v) ? 0 : least_of(fabs(x->v.lo), fabs(x->v.hi));
+  const double least_y = has_zero(y->v) ? 0 : least_of(fabs(y->v.lo), fabs(y->v.hi));
   const Span over = invert((Span){least_x * least_x + least_y * least_y, length2.hi});
   r.v = (Span){INFINITY, -INFINITY}; // monotone in each operand, so corners are enough
   for (int i = 0; i < 4; i++) {
@@ -182,8 +194,8 @@ static Dual dual_noise(const Dual *const parts[3])
 // min(a, b) - h^3 k / 6: between their slopes, and by k between -1/6 and 0.
 static Dual dual_smooth_min(const Dual *a, const Dual *b, const Dual *c)
 {
-  const double k = fmax(c->v.hi, 0);
-  Dual r = {.v = {fmin(a->v.lo, b->v.lo) - k / 6, fmin(a->v.hi, b->v.hi)}};
+  const double k = most_of(c->v.hi, 0);
+  Dual r = {.v = add((Span){least_of(a->v.lo, b->v.lo), least_of(a->v.hi, b->v.hi)}, (Span){-k / 6, 0})};
   for (int i = 0; i < 3; i++) {
     r.slope[i] = add(hull(a->slope[i], b->slope[i]), times((Span){-1.0 / 6, 0}, c->slope[i]));
   }
@@ -195,8 +207,9 @@ static Dual dual_mod(const Dual *a, const Dual *b)
   const Dual over = dual_invert(b), part = dual_multiply(a, &over), whole_part = dual_floor(&part);
   const Dual taken = dual_multiply(b, &whole_part), minus = dual_negate(&taken);
   Dual r = dual_add(a, &minus);
-  const double size = most(b->v); // a remainder lies between 0 and b
-  r.v = (Span){fmax(r.v.lo, b->v.lo < 0 ? -size : 0), fmin(r.v.hi, b->v.hi > 0 ? size : 0)};
+  const double size = most(b->v); // a remainder lies between 0 and b, unless that is too near 0 to divide by
+  if (b->v.lo < FORMULA_LEAST_DIVISOR && b->v.hi > -FORMULA_LEAST_DIVISOR) return r;
+  r.v = (Span){most_of(r.v.lo, b->v.lo < 0 ? -size : 0), least_of(r.v.hi, b->v.hi > 0 ? size : 0)};
   return r;
 }
 
@@ -255,7 +268,7 @@ FormulaRange formula_range(const Formula *f, const double lo[3], const double hi
   for (int k = 0; k < 3; k++) steep += most(d->slope[k]) * most(d->slope[k]);
   steep = sqrt(steep) * (1 + 1e-6);
   const double size = most(d->v), slack = 1e-6 * (size < INFINITY ? size : 0) + 1e-9;
-  const bool is_known = d->v.lo <= d->v.hi; // else no number, from infinite ones
+  const bool is_known = d->v.lo <= d->v.hi; // else rounding turned it inside out
   return (FormulaRange){is_known ? d->v.lo - slack : -INFINITY, is_known ? d->v.hi + slack : INFINITY,
                         steep < FORMULA_STEEPEST ? steep : FORMULA_STEEPEST};
 }
