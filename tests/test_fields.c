@@ -266,7 +266,7 @@ static void cell_values(const Sdf *f, Vec3 p, double *exact, float *seen, float 
 {
   const float at[3] = {p[0], p[1], p[2]};
   SdfPlace place;
-  sdf_find(f, at, &place);
+  sdf_place(f, at, &place);
   *exact = value_at(f, p);
   sdf_values(f, &at, 1, seen);
   *flat = place.leaf ? place.leaf->flat : 0;
@@ -299,8 +299,8 @@ TEST(values_bound_what_is_free)
       if (flat == 0) wrong += (double)seen * exact < 0 || fabs((double)seen) > fabs(exact) + 1e-6 + 1e-3 * (double)f->cell;
       const float at[3] = {p[0], p[1], p[2]}, to[3] = {q[0], q[1], q[2]};
       SdfPlace pp, qp;
-      sdf_find(f, at, &pp);
-      sdf_find(f, to, &qp);
+      sdf_place(f, at, &pp);
+      sdf_place(f, to, &qp);
       if (pp.leaf && pp.leaf == qp.leaf && pp.width == qp.width && !memcmp(pp.lo, qp.lo, sizeof pp.lo))
         steepest_in_cell = fmax(steepest_in_cell, (fabs(exact - other) - 1e-7) / apart * (double)pp.leaf->flat);
     }

@@ -239,14 +239,15 @@ static inline bool voxels_closest(Query *q, const Visit *v)
 }
 
 // A ray's crossing of a field's surface. False: it is not the best hit; *is_over: nor will a later one be.
-static inline bool take_sdf(Query *q, const Visit *v, const SdfRay *r, bool *is_over)
+static inline bool take_sdf(Query *q, const Visit *v, const SdfGroup *g, int lane, bool *is_over)
 {
   const Sdf *f = v->instance->sdf;
-  const float at = max_f(r->high, v->near);
+  const float t = g->high[lane], at = max_f(t, v->near);
   *is_over = !is_better(&q->best, at, v->instance_i, 0);
-  if (*is_over || !(r->high > v->ray->tmin)) return false;
+  if (*is_over || !(t > v->ray->tmin)) return false;
+  const float o[3] = {g->o[0][lane], g->o[1][lane], g->o[2][lane]}, d[3] = {g->d[0][lane], g->d[1][lane], g->d[2][lane]};
   const bool asks = !q->is_any || (v->instance->has_filter && q->filter);
-  const Hit hit = {at, 0, 0, asks && f->has_ids ? sdf_hit_leaf(f, r->o, r->d, r->high) : 0, v->instance_i};
+  const Hit hit = {at, 0, 0, asks && f->has_ids ? sdf_hit_leaf(f, o, d, t) : 0, v->instance_i};
   return take_hit(q, v, &hit);
 }
 
@@ -254,12 +255,12 @@ static inline bool sdf_closest(Query *q, const Visit *v)
 {
   const Sdf *f = v->instance->sdf;
   const bool is_any = q->is_any && !v->instance->has_filter;
-  SdfRay r;
-  if (!sdf_begin(f, v->ray, q->best.t, &r)) return false;
-  for (bool is_over = false; !is_over; sdf_go_on(&r, q->best.t)) {
-    q->counters->prims += sdf_march(f, &r, 1, is_any);
-    if (r.state != SDF_CROSSED) return false;
-    if (take_sdf(q, v, &r, &is_over)) return true;
+  SdfGroup g = {0};
+  if (!sdf_begin(f, v->ray, q->best.t, &g, 0)) return false;
+  for (bool is_over = false; !is_over; sdf_go_on(&g, 0, q->best.t)) {
+    q->counters->prims += sdf_march(f, &g, 1, is_any);
+    if (!g.crossed) return false;
+    if (take_sdf(q, v, &g, 0, &is_over)) return true;
   }
   return false;
 }

@@ -440,40 +440,63 @@ static inline void stream_shape(Stream *s, RaySet *world, const Visit *v, uint64
   s->prims += (uint64_t)__builtin_popcountll(set);
 }
 
-// All rays of the set through a field together.
-static SDF_LARGE void stream_sdf(Stream *s, const RaySet *world, const Visit *v, uint64_t set)
+// Rays side by side in a field, and which of the set they are.
+typedef struct StreamSdf {
+  SdfGroup groups[SDF_GROUPS];
+  uint8_t rays[SDF_RAYS];
+  int count;
+} StreamSdf;
+
+// Those of the set that come into the field's box.
+static inline void stream_sdf_begin(const Stream *s, const RaySet *world, const Instance *in, uint64_t set, StreamSdf *out)
 {
-  const Instance *in = v->instance;
-  SdfRay rays[SDF_RAYS];
-  const bool is_any = s->is_any && !in->has_filter;
-  for (uint64_t left = set; left; left &= left - 1) {
-    const int i = __builtin_ctzll(left);
+  out->count = 0;
+  for (; set; set &= set - 1) {
+    const int i = __builtin_ctzll(set), lane = out->count % WIDEST;
     const PackedRay *r = &s->batch->rays[s->first + (size_t)i];
     const Vec3 o = in->is_identity ? v3_load(r->o) : frame_point(&in->object_from_world, v3_load(r->o));
     const Vec3 d = in->is_identity ? v3_load(r->d) : frame_vector(&in->object_from_world, v3_load(r->d));
     TreeRay own;
-    if (!tree_ray_place(&own, o, d, world->tmin[i]) || !sdf_begin(in->sdf, &own, s->t[i], &rays[i])) set &= ~(left & -left);
+    SdfGroup *g = &out->groups[out->count / WIDEST];
+    if (lane == 0) memset(g, 0, sizeof *g);
+    if (!tree_ray_place(&own, o, d, world->tmin[i]) || !sdf_begin(in->sdf, &own, s->t[i], g, lane)) continue;
+    out->rays[out->count++] = (uint8_t)i;
   }
-  while (set) {
-    s->prims += sdf_march(in->sdf, rays, set, is_any);
-    for (uint64_t left = set; left; left &= left - 1) {
-      const int i = __builtin_ctzll(left);
-      bool is_over = true;
-      if (rays[i].state == SDF_CROSSED) {
-        RayCounters unused = {0};
-        Ray ray;
-        Query q = stream_query(s, i, &unused, &ray);
-        const TreeRay own = {.tmin = world->tmin[i]}; // all that is looked at
-        const Visit at = {v->instance, v->instance_i, s->near[i], &own};
-        if (take_sdf(&q, &at, &rays[i], &is_over)) {
-          stream_take(s, i, &q.best);
-          is_over = true;
-        }
+}
+
+// A crossing; false: a later one may do.
+static inline bool stream_sdf_take(Stream *s, const RaySet *world, const Visit *v, int i, const SdfGroup *g, int lane)
+{
+  RayCounters unused = {0};
+  Ray ray;
+  bool is_over;
+  Query q = stream_query(s, i, &unused, &ray);
+  const TreeRay own = {.tmin = world->tmin[i]}; // all that is looked at
+  const Visit at = {v->instance, v->instance_i, s->near[i], &own};
+  if (!take_sdf(&q, &at, g, lane, &is_over)) return is_over;
+  stream_take(s, i, &q.best);
+  return true;
+}
+
+// All rays of the set through a field together.
+static SDF_LARGE void stream_sdf(Stream *s, const RaySet *world, const Visit *v, uint64_t set)
+{
+  const Instance *in = v->instance;
+  const bool is_any = s->is_any && !in->has_filter;
+  StreamSdf many;
+  stream_sdf_begin(s, world, in, set, &many);
+  const int count = (many.count + WIDEST - 1) / WIDEST;
+  for (bool goes_on = many.count > 0; goes_on;) {
+    goes_on = false;
+    s->prims += sdf_march(in->sdf, many.groups, count, is_any);
+    for (int k = 0; k < count; k++) {
+      SdfGroup *g = &many.groups[k];
+      for (unsigned left = g->crossed; left; left &= left - 1) {
+        const int lane = __builtin_ctz(left), i = many.rays[k * WIDEST + lane];
+        if (!stream_sdf_take(s, world, v, i, g, lane)) sdf_go_on(g, lane, s->t[i]);
       }
-      if (is_over)
-        set &= ~(left & -left);
-      else
-        sdf_go_on(&rays[i], s->t[i]);
+      g->crossed = 0;
+      goes_on |= g->going != 0;
     }
   }
 }

@@ -236,6 +236,19 @@ static inline unsigned wxu_eq(wxu a, wxu b)
   return a == b;
 #endif
 }
+// Of the lanes in bits table[at], of the others `rest`.
+static inline wxu wxu_gather(const uint32_t *table, unsigned bits, wxu at, wxu rest)
+{
+#if WIDEST == 16
+  return (wxu)_mm512_mask_i32gather_epi32((__m512i)rest, (__mmask16)bits, (__m512i)at, table, 4);
+#elif WIDEST == 1
+  return bits & 1 ? table[at] : rest;
+#else
+  for (int i = 0; i < WIDEST; i++)
+    if (bits >> i & 1) rest[i] = table[at[i]];
+  return rest;
+#endif
+}
 // Lanes in bits, side by side from p on. WIDEST numbers may be written.
 static inline void wx_squeeze(float *p, unsigned bits, wx x)
 {

@@ -4,7 +4,8 @@
 // of a large field cost nothing:
 //
 //   Sdf: steps[] warps[]   the whole field
-//        nodes[]           64 entries each, 4 x 4 x 4: a node, a leaf, or nothing with the distance that is free
+//        entries[]         16 x 16 x 16 cells, and 4 x 4 x 4 for each that is cut once more: a leaf, or nothing with
+//                          the distance that is free
 //        leaves[]          a piece of codes[] and how steep the field is there
 //        codes[]           step << 1 | (1: push the value instead of joining it)
 //
@@ -53,6 +54,8 @@ typedef struct SdfStep {
   uint16_t leaf;     // which material
   uint16_t warp;     // of SDF_ENTER and SDF_LEAVE
   float smooth;      // metres over which the join is smooth; 0: hard
+  float inv_smooth;  // 1 / smooth
+  float sixth;       // smooth / 6
   float scale;       // of its value
   float map[12];     // to its own space from that around it: three rows and what is added
   float size[4];
@@ -82,20 +85,14 @@ enum { SDF_MOST_DEPTH = 16, SDF_MOST_STEPS = 8192, SDF_MOST_LEAVES = 4096 };
 #define SDF_NOISE_STEEP 3.6f
 #define SDF_NOISE_HIGH 1.05f // its largest value
 
-// What a link in a node is: the two upper bits, and an index below.
-#define SDF_LINK_EMPTY 0u
-#define SDF_LINK_NODE (1u << 30)
-#define SDF_LINK_LEAF (2u << 30)
-#define SDF_LINK_KIND (3u << 30)
+// What an entry says in its lowest two bits; the others:
+#define SDF_CELL_EMPTY 0u // of a float: the value at the cell's middle over the steepness, negative inside
+#define SDF_CELL_WIDE 1u  // likewise, of the empty cell of 4 x 4 x 4 that it is part of
+#define SDF_CELL_CUT 2u   // of the 64 entries where it goes on, the first, times four
+#define SDF_CELL_LEAF 3u  // of a leaf, times four
+#define SDF_CELL_KIND 3u
 
-typedef struct SdfEntry {
-  float clear;   // of nothing: the value at its middle over its steepness, negative inside
-  uint32_t link;
-} SdfEntry;
-
-typedef struct SdfNode {
-  SdfEntry entries[64]; // x + 4 y + 16 z
-} SdfNode;
+enum { SDF_TOP = 16, SDF_TOP_CELLS = SDF_TOP * SDF_TOP * SDF_TOP };
 
 typedef struct SdfLeaf {
   uint32_t first, count; // in codes
@@ -112,8 +109,8 @@ typedef struct Sdf {
   Bounds bounds;         // of the surface; of what has no ends, not finite
   float lo[3], cell;     // of the tree of cells: its corner, and the width of a finest cell
   float inv_cell;
-  uint32_t levels;       // 4^levels cells along each side; 0: no tree, one leaf everywhere
-  const SdfNode *nodes;
+  uint32_t levels;       // 4^levels cells along each side, 2 or 3; 0: no tree, one leaf everywhere
+  const uint32_t *entries; // x + 16 y + 256 z, then x + 4 y + 16 z
   const SdfLeaf *leaves; // the first is the whole field
   const uint16_t *codes;
   float detail;          // metres: a part thicker than this is never missed

@@ -274,7 +274,7 @@ typedef struct Maker {
 
 static bool failed_memory(Maker *m)
 {
-  return err_memory(m->err, "the cells of a field", m->body->nodes.count * sizeof(SdfNode));
+  return err_memory(m->err, "the cells of a field", m->body->entries.count * sizeof(uint32_t));
 }
 
 // Steepness in eighths, so that cells differ less.
@@ -305,7 +305,7 @@ static bool add_leaf(Maker *m, const uint16_t *codes, uint32_t count, double ste
   return true;
 }
 
-// Steps so costly that an empty cell is worth more than the memory of its node.
+// Steps so costly that an empty cell is worth more than its memory.
 static bool is_costly(const Maker *m, const uint16_t *codes, uint32_t count)
 {
   for (uint32_t i = 0; i < count; i++) {
@@ -315,36 +315,76 @@ static bool is_costly(const Maker *m, const uint16_t *codes, uint32_t count)
   return count > 2;
 }
 
-static bool divide(Maker *m, uint32_t node_i, const uint16_t *codes, uint32_t count, const double lo[3], double width, uint32_t level);
+// The entries of 4 x 4 x 4 cells: at first + x stride[0] + y stride[1] + z stride[2]. Those of the top's 4 x 4 x 4 wide
+// cells are 64 each.
+typedef struct Region {
+  uint32_t first, stride[3];
+} Region;
 
-static bool add_entry(Maker *m, uint32_t node_i, int child, Pruner *p, const double lo[3], double width, uint32_t level)
+static const Region top_region = {0, {4, 4 * SDF_TOP, 4 * SDF_TOP * SDF_TOP}};
+
+static uint32_t entry_of(const Region *r, int child)
+{
+  uint32_t at = r->first;
+  for (int k = 0; k < 3; k++) at += r->stride[k] * (child >> 2 * k & 3);
+  return at;
+}
+
+static Region block_of(uint32_t first) { return (Region){first, {1, SDF_TOP, SDF_TOP * SDF_TOP}}; }
+
+// Sets a cell's entry, or all of a wide cell's.
+static void set_entry(Maker *m, uint32_t at, uint32_t level, uint32_t entry)
+{
+  const Region block = block_of(at);
+  if (level > 0) m->body->entries.items[at] = entry;
+  for (int i = 0; level == 0 && i < CHILDREN; i++) m->body->entries.items[entry_of(&block, i)] = entry;
+}
+
+// A float's bits, less the two that say what it is: a little nearer to 0.
+static uint32_t empty_entry(const Known *k, double middle, double root_steep, uint32_t level)
+{
+  float clear = (float)(middle / root_steep);
+  uint32_t bits;
+  if ((clear < 0) != (k->hi < 0)) clear = k->hi < 0 ? -0.0f : 0.0f;
+  memcpy(&bits, &clear, sizeof bits);
+  return (bits & ~SDF_CELL_KIND) | (level == 0 ? SDF_CELL_WIDE : SDF_CELL_EMPTY);
+}
+
+static bool divide(Maker *m, const Region *region, const uint16_t *codes, uint32_t count, const double lo[3], double width, uint32_t level);
+
+static bool cut_cell(Maker *m, uint32_t at, const Pruner *p, const double lo[3], double width, uint32_t level)
+{
+  Region inside = block_of(at);
+  if (level > 0) {
+    inside = (Region){(uint32_t)m->body->entries.count, {1, SIDE, SIDE * SIDE}};
+    if (!array_reserve(&m->body->entries, m->body->entries.count + CHILDREN)) return failed_memory(m);
+    m->body->entries.count += CHILDREN;
+    set_entry(m, at, level, inside.first << 2 | SDF_CELL_CUT);
+  }
+  return divide(m, &inside, p->out, p->out_count, lo, width, level + 1);
+}
+
+static bool add_cell(Maker *m, uint32_t at, Pruner *p, const double lo[3], double width, uint32_t level)
 {
   const Known k = prune(p);
-  SdfEntry e = {.link = SDF_LINK_EMPTY};
-  uint32_t i;
+  uint32_t leaf;
   if (k.lo > 0 || k.hi < 0) {
-    e.clear = (float)(p->trace[p->count - 1].joined[p->lane] / m->root_steep);
-    if ((e.clear < 0) != (k.hi < 0)) e.clear = k.hi < 0 ? -0.0f : 0.0f;
-  } else if (level + 1 < m->body->sdf.levels && is_costly(m, p->out, p->out_count)) {
-    i = (uint32_t)m->body->nodes.count;
-    if (!array_push(&m->body->nodes, (SdfNode){0})) return failed_memory(m);
-    e.link = SDF_LINK_NODE | i;
-    if (!divide(m, i, p->out, p->out_count, lo, width, level + 1)) return false;
-  } else {
-    if (!add_leaf(m, p->out, p->out_count, k.steep, &i)) return false;
-    e.link = SDF_LINK_LEAF | i;
+    set_entry(m, at, level, empty_entry(&k, p->trace[p->count - 1].joined[p->lane], m->root_steep, level));
+    return true;
   }
-  m->body->nodes.items[node_i].entries[child] = e;
+  if (level + 1 < m->body->sdf.levels && is_costly(m, p->out, p->out_count)) return cut_cell(m, at, p, lo, width, level);
+  if (!add_leaf(m, p->out, p->out_count, k.steep, &leaf)) return false;
+  set_entry(m, at, level, leaf << 2 | SDF_CELL_LEAF);
   return true;
 }
 
-// The 64 cells of a node, four at a time. Calls itself, as deep as there are levels.
-static bool divide(Maker *m, uint32_t node_i, const uint16_t *codes, uint32_t count, const double lo[3], double width, uint32_t level)
+// 4 x 4 x 4 cells, four at a time. Calls itself, as deep as there are levels.
+static bool divide(Maker *m, const Region *region, const uint16_t *codes, uint32_t count, const double lo[3], double width, uint32_t level)
 {
   const double cell = width / SIDE;
   SdfTrace_d *trace = m->trace + (size_t)level * m->step_count;
-  Pruner p = {.sdf = &m->body->sdf, .from = codes, .count = count, .trace = trace, .radius = cell * 0.867, .slack = m->slack, // half a diagonal and a thousandth
-             
+  Pruner p = {.sdf = &m->body->sdf, .from = codes, .count = count, .trace = trace, .slack = m->slack,
+              .radius = cell * 0.867, // half a diagonal and a thousandth
               .out = m->codes + (size_t)level * m->step_count};
   for (int first = 0; first < CHILDREN; first += LANES) {
     double corner[LANES][3];
@@ -356,7 +396,7 @@ static bool divide(Maker *m, uint32_t node_i, const uint16_t *codes, uint32_t co
       }
     (void)sdf_run_d(&m->body->sdf, codes, count, at, trace);
     for (p.lane = 0; p.lane < LANES; p.lane++)
-      if (!add_entry(m, node_i, first + p.lane, &p, corner[p.lane], cell, level)) return false;
+      if (!add_cell(m, entry_of(region, first + p.lane), &p, corner[p.lane], cell, level)) return false;
   }
   return true;
 }
@@ -405,13 +445,14 @@ static bool make(Maker *m)
   for (int k = 0; k < 3; k++) s->lo[k] = (float)lo[k];
   s->cell = (float)(width / (double)(1u << 2 * s->levels));
   s->inv_cell = 1 / s->cell;
-  if (!array_push(&b->nodes, (SdfNode){0})) return failed_memory(m);
+  if (!array_reserve(&b->entries, SDF_TOP_CELLS)) return failed_memory(m);
+  b->entries.count = SDF_TOP_CELLS;
   // Cells lie as floats have them, and a little wider, since rays find theirs by rounded numbers.
   const double corner[3] = {(double)s->lo[0], (double)s->lo[1], (double)s->lo[2]};
   uint16_t *whole = b->codes.items; // may move while leaves are added
   uint16_t *copy = m->codes + (size_t)(s->levels + 1) * m->step_count;
   memcpy(copy, whole, m->step_count * sizeof *copy);
-  return divide(m, 0, copy, m->step_count, corner, (double)s->cell * (double)(1u << 2 * s->levels), 0);
+  return divide(m, &top_region, copy, m->step_count, corner, (double)s->cell * (double)(1u << 2 * s->levels), 0);
 }
 
 static void point(SdfBody *b)
@@ -422,7 +463,7 @@ static void point(SdfBody *b)
   s->warps = b->warps.items;
   s->formulas = b->formulas.items;
   s->colors = b->colors.count ? (const float(*)[3])(const void *)b->colors.items : NULL;
-  s->nodes = b->nodes.items;
+  s->entries = b->entries.items;
   s->leaves = b->leaves.items;
   s->codes = b->codes.items;
 }
@@ -463,7 +504,7 @@ void sdf_body_release(SdfBody *b)
   array_finish(&b->warps);
   array_finish(&b->formulas);
   array_finish(&b->colors);
-  array_finish(&b->nodes);
+  array_finish(&b->entries);
   array_finish(&b->leaves);
   array_finish(&b->codes);
   mem_free(b);
@@ -472,6 +513,6 @@ void sdf_body_release(SdfBody *b)
 size_t sdf_body_bytes(const SdfBody *b)
 {
   return sizeof *b + b->steps.count * sizeof(SdfStep) + b->warps.count * sizeof(SdfWarp) +
-         b->formulas.count * sizeof(Formula) + b->nodes.count * sizeof(SdfNode) + b->leaves.count * sizeof(SdfLeaf) +
+         b->formulas.count * sizeof(Formula) + b->entries.count * sizeof(uint32_t) + b->leaves.count * sizeof(SdfLeaf) +
          b->codes.count * sizeof(uint16_t);
 }

@@ -22,7 +22,7 @@ typedef struct SdfBody {
   ARRAY(SdfWarp) warps;
   ARRAY(Formula) formulas;
   ARRAY(SdfColor) colors; // one a leaf, or none
-  ARRAY(SdfNode) nodes;
+  ARRAY(uint32_t) entries;
   ARRAY(SdfLeaf) leaves;
   ARRAY(uint16_t) codes;
 } SdfBody;

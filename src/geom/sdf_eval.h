@@ -137,29 +137,29 @@ static SDF_LARGE NUM SDF_(sdf_noise)(NUM x, NUM y, NUM z, uint32_t seed)
 // --- joins --------------------------------------------------------------------------------------------
 // The smaller of both, rounded off over k: min(a, b) - h^3 k / 6 with h = max(k - |a - b|, 0) / k. k = 0 is the plain
 // minimum. Its gradient lies between those of a and b, so it is no steeper than they are.
-static inline NUM SDF_(sdf_smooth_min)(NUM a, NUM b, float k)
+static inline NUM SDF_(sdf_smooth_min)(const SdfStep *s, NUM a, NUM b)
 {
-  if (!(k > 0)) return N_MIN(a, b);
-  const NUM h = N_MAX(k - SDF_(sdf_abs)(a - b), N_SET(0)) * (1 / k);
-  return N_MIN(a, b) - h * h * h * (k / 6);
+  if (!(s->smooth > 0)) return N_MIN(a, b);
+  const NUM h = N_MAX(s->smooth - SDF_(sdf_abs)(a - b), N_SET(0)) * s->inv_smooth;
+  return N_MIN(a, b) - h * h * h * s->sixth;
 }
 
 // k ln(e^(a/k) + e^(b/k)): a soft maximum, above both. From 18 k apart it is the larger one, as in floats.
-static inline NUM SDF_(sdf_soft_max)(NUM a, NUM b, float k)
+static inline NUM SDF_(sdf_soft_max)(const SdfStep *s, NUM a, NUM b)
 {
-  if (!(k > 0)) return N_MAX(a, b);
-  const NUM apart = SDF_(sdf_abs)(a - b) * (1 / k), far = N_SET(18);
-  const NUM more = k * SDF_(sdf_log1p)(SDF_(sdf_decay)(N_MIN(apart, far)));
+  if (!(s->smooth > 0)) return N_MAX(a, b);
+  const NUM apart = SDF_(sdf_abs)(a - b) * s->inv_smooth, far = N_SET(18);
+  const NUM more = s->smooth * SDF_(sdf_log1p)(SDF_(sdf_decay)(N_MIN(apart, far)));
   return N_MAX(a, b) + N_LESS(apart, far, more, N_SET(0));
 }
 
 static inline NUM SDF_(sdf_join)(const SdfStep *s, NUM a, NUM b)
 {
   switch ((SdfOperation)s->operation) {
-  case SDF_UNION: return SDF_(sdf_smooth_min)(a, b, s->smooth);
-  case SDF_INTERSECTION: return -SDF_(sdf_smooth_min)(-a, -b, s->smooth);
-  case SDF_DIFFERENCE: return -SDF_(sdf_smooth_min)(-a, b, s->smooth);
-  case SDF_SOFT_MAXIMUM: return SDF_(sdf_soft_max)(a, b, s->smooth);
+  case SDF_UNION: return SDF_(sdf_smooth_min)(s, a, b);
+  case SDF_INTERSECTION: return -SDF_(sdf_smooth_min)(s, -a, -b);
+  case SDF_DIFFERENCE: return -SDF_(sdf_smooth_min)(s, -a, b);
+  case SDF_SOFT_MAXIMUM: return SDF_(sdf_soft_max)(s, a, b);
   }
   unreachable();
 }

@@ -45,7 +45,7 @@ static bool is_inside(const Grid *g, const double p[3])
 {
   const float at[3] = {(float)p[0], (float)p[1], (float)p[2]};
   SdfPlace place;
-  sdf_find(g->sdf, at, &place);
+  sdf_place(g->sdf, at, &place);
   return place.leaf ? value(g, p) < 0 : place.clear < 0;
 }
 

@@ -29,7 +29,7 @@ static inline const SdfLeaf *sdf_leaf_at(const Sdf *f, const double p[3])
 {
   const float at[3] = {(float)p[0], (float)p[1], (float)p[2]};
   SdfPlace place;
-  sdf_find(f, at, &place);
+  sdf_place(f, at, &place);
   return place.leaf ? place.leaf : f->leaves;
 }
 

@@ -102,6 +102,8 @@ static SdfStep step_joining(const Joining *j, SdfKind kind, double scale)
   s.operation = (uint8_t)j->operation;
   s.mix = (uint8_t)j->mix;
   s.smooth = j->smooth;
+  s.inv_smooth = j->smooth > 0 ? 1 / j->smooth : 0;
+  s.sixth = j->smooth / 6;
   s.is_pushed = j->is_first;
   s.scale = (float)scale;
   return s;
