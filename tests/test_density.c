@@ -109,7 +109,7 @@ TEST(media_are_refused_with_their_place)
   check_refused("\"kind\": \"mist\"", ball, "homogeneous");
   check_refused("\"kind\": \"homogeneous\", \"anisotropy\": 2", ball, "must be between -1 and 1");
   check_refused("\"kind\": \"cloud\", \"resolution\": 100000", ball, "between 4 and 1024");
-  check_refused(fog, "\"shape\": { \"kind\": \"quad\" }, \"medium\": \"m\"", "2:55: only a sphere, a box or a mesh can be filled");
+  check_refused(fog, "\"shape\": { \"kind\": \"quad\" }, \"medium\": \"m\"", "2:55: only a sphere, a box, a mesh or voxels can be filled");
   check_refused(fog, "\"shape\": { \"kind\": \"sphere\" }, \"medium\": \"n\"", "\"n\"");
 }
 

@@ -224,11 +224,12 @@ static inline Volume media_sum_at(const World *w, const MediumSet *s, Vec3 p)
   Volume sum = {0};
   for (uint32_t i = 0; i < s->count; i++) {
     const Volume *v = medium_volume(w, s->media[i]);
-    const float density =
-        v->density ? density_at(v->density, frame_point(&w->media[s->media[i]].medium_from_world, p)) : 1;
-    sum.scattering += density * v->scattering;
+    const Vec3 there = v->density ? frame_point(&w->media[s->media[i]].medium_from_world, p) : v3_all(0);
+    const float density = v->density ? density_at(v->density, there) : 1;
+    if (!(density > 0)) continue;
+    sum.scattering += density * volume_scattering(v, there);
     sum.extinction += density * v->extinction;
-    sum.emission += density * v->emission;
+    sum.emission += density * volume_emission(v, there);
   }
   return sum;
 }
@@ -371,9 +372,15 @@ static inline MediaTrack track_begin(const World *w, uint32_t medium, const Ray 
   return k;
 }
 
+// The place, in the medium's space.
+static inline Vec3 track_place(const MediaTrack *k)
+{
+  return k->o + k->t * k->d;
+}
+
 static inline float track_density(const MediaTrack *k)
 {
-  return k->volume->density ? density_at(k->volume->density, k->o + k->t * k->d) : 1;
+  return k->volume->density ? density_at(k->volume->density, track_place(k)) : 1;
 }
 
 static inline uint32_t tracks_nearest(const MediaTrack *tracks, uint32_t count)

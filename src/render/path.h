@@ -421,14 +421,14 @@ static inline bool path_track(Path *p, const MediumSet *s, const Ray *ray, float
     if (!(k->t < to)) return false;
     const Volume *v = k->volume;
     const float part = track_density(k) / k->chance;
-    if (!v3_is_zero(v->emission))
-      path_add(p, p->depth, p->throughput * path_fade(p->absorption, k->t) * v->emission * part);
+    if (part > 0 && volume_shines(v))
+      path_add(p, p->depth, p->throughput * path_fade(p->absorption, k->t) * volume_emission(v, track_place(k)) * part);
     const Vec3 met = v3_min(part * v->extinction, v3_all(1)), missed = v3_all(1) - met;
     const float meets = v3_dot(p->throughput, met), misses = v3_dot(p->throughput, missed);
     if (v3_is_zero(v->scattering)) {
       p->throughput *= missed;
     } else if (media_roll(dice) * (meets + misses) < meets) {
-      p->throughput *= part * v->scattering * ((meets + misses) / meets);
+      p->throughput *= part * volume_scattering(v, track_place(k)) * ((meets + misses) / meets);
       *out = (MediumPoint){.p = ray->o + k->t * ray->d, .t = k->t, .medium = s->media[i]};
       return true;
     } else if (!v3_is_grey(met)) {
@@ -452,8 +452,10 @@ static inline bool path_march(Path *p, const MediumSet *s, const Ray *ray, float
   for (int32_t i = 0; i < steps; i++) {
     const float at = from + (float)i * length;
     const Volume v = media_sum_at(w, s, ray->o + (at + jitter * length) * ray->d);
-    if (!v3_is_zero(v.emission))
-      path_add(p, p->depth, p->throughput * path_fade(p->absorption, at) * volume_fade(depth, 1) * volume_glow(&v, length));
+    if (!v3_is_zero(v.emission)) { // by the chance to have come so far
+      const Vec3 left = volume_fade(depth, 1);
+      path_add(p, p->depth, p->throughput * path_fade(p->absorption, at) * (left / v3_dot(share, left)) * volume_glow(&v, length));
+    }
     if (depth[c] + v.extinction[c] * length >= target && v.extinction[c] > 0) {
       const float t = max_f(target - depth[c], 0) / v.extinction[c];
       const Vec3 left = volume_fade(depth + t * v.extinction, 1);
@@ -545,9 +547,10 @@ static inline void path_first_medium(const RenderPass *pass, const Ray *ray, con
   const Eye *e = &pass->eye;
   const World *w = pass->world;
   const Volume *v = medium_volume(w, at->medium);
+  const Vec3 scattering = volume_scattering(v, frame_point(&w->media[at->medium].medium_from_world, at->p));
   out->is_hit = true;
   out->albedo = v3_all(0);
-  for (int k = 0; k < 3; k++) out->albedo[k] = v->extinction[k] > 0 ? v->scattering[k] / v->extinction[k] : 0;
+  for (int k = 0; k < 3; k++) out->albedo[k] = v->extinction[k] > 0 ? scattering[k] / v->extinction[k] : 0;
   out->normal = -ray->d;
   out->position = at->p;
   out->depth = e->kind == EYE_PANORAMIC ? at->t : v3_dot(e->frame.p - at->p, e->frame.z);

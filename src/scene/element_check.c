@@ -48,8 +48,10 @@ static bool check_object(const Object *object, const char **field, Err *err)
                    "%s makes the object flat, or too small or large for the numbers of the engine", *field);
   *field = "medium";
   const int32_t kind = object->shape.kind;
-  if (o->medium >= 0 && kind != SHAPE_MESH && kind != SHAPE_SPHERE && kind != SHAPE_BOX)
-    return err_set(err, ERR_BAD_SCENE, "only a sphere, a box or a mesh can be filled with a medium");
+  if (o->medium >= 0 && kind != SHAPE_MESH && kind != SHAPE_SPHERE && kind != SHAPE_BOX && kind != SHAPE_VOXELS)
+    return err_set(err, ERR_BAD_SCENE, "only a sphere, a box, a mesh or voxels can be filled with a medium");
+  if (o->medium >= 0 && kind == SHAPE_VOXELS && o->material >= 0)
+    return err_set(err, ERR_BAD_SCENE, "voxels that a medium fills are smoke and have no surface; leave out the material");
   return true;
 }
 

@@ -499,7 +499,7 @@ typedef struct Mesh {
 // --- objects ------------------------------------------------------------------------------------
 #define OBJECT_FIELDS(F)                                                                                            \
   F(material, material, -1, 0, 0, "", "Overrides the materials of the shape's file; none: a grey pbr, or the file's own.") \
-  F(medium, medium, -1, 0, 0, "", "What fills it; it must be closed. Without a material of its own the object then has no surface.") \
+  F(medium, medium, -1, 0, 0, "", "What fills it; it must be closed. Without a material of its own the object then has no surface. Voxels become smoke.") \
   F(vec3,   translate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "m", "Moved by this, last.")                                 \
   F(vec3,   rotate, (0, 0, 0), -NO_LIMIT, NO_LIMIT, "deg", "Turned about x, then y, then z, after scaling.")        \
   F(vec3,   scale, (1, 1, 1), -NO_LIMIT, NO_LIMIT, "", "Sized first.")                                              \

@@ -4,7 +4,8 @@
 //
 //   box lo..hi, divided into cells[]      most[z][y][x]: density_at() is nowhere in the cell above it
 //
-// Outside of the box the density is 0.
+// Outside of the box the density is 0. Some know more than how thick they are: what colour scatters there (tint), and what
+// shines there (glow).
 
 #ifndef RAYFOLD_SHADE_DENSITY_H
 #define RAYFOLD_SHADE_DENSITY_H
@@ -12,13 +13,15 @@
 #include "base/err.h"
 #include "base/fmath.h"
 #include "base/vec.h"
+#include "image/voxels.h"
 
 #include <stddef.h>
 
-typedef enum DensityKind { DENSITY_GRID, DENSITY_BALL } DensityKind;
+typedef enum DensityKind { DENSITY_GRID, DENSITY_BALL, DENSITY_VOXELS } DensityKind;
 
 typedef struct Density {
   uint8_t kind; // DensityKind
+  bool has_tint, has_glow;
   Vec3 lo, hi;
   uint32_t cells[3];
   float *most;
@@ -31,6 +34,10 @@ typedef struct Density {
       Vec3 waves_origin;
       float radius, waves;
     } ball;
+    struct {
+      Voxels *cells;       // a cell is one unit wide; 1 in those that are filled
+      Vec3 *tints, *glows; // by entry
+    } voxels;
   };
 } Density;
 
@@ -66,6 +73,12 @@ static inline float density_ball(const Density *d, Vec3 p)
   return inside * (0.5f + 0.5f * f_sin(w[0]) * f_sin(w[1]) * f_sin(w[2]));
 }
 
+// 0: empty.
+static inline uint32_t density_entry(const Density *d, Vec3 p)
+{
+  return voxels_entry(d->voxels.cells, (int32_t)floorf(p[0]), (int32_t)floorf(p[1]), (int32_t)floorf(p[2]));
+}
+
 static inline float density_at(const Density *d, Vec3 p)
 {
   for (int k = 0; k < 3; k++)
@@ -73,6 +86,29 @@ static inline float density_at(const Density *d, Vec3 p)
   switch ((DensityKind)d->kind) {
   case DENSITY_GRID: return density_grid(d, p);
   case DENSITY_BALL: return density_ball(d, p);
+  case DENSITY_VOXELS: return density_entry(d, p) ? 1 : 0;
+  }
+  unreachable();
+}
+
+// What of the medium's scattering there is at a place inside, by colour; the rest of it is absorbed there.
+static inline Vec3 density_tint(const Density *d, Vec3 p)
+{
+  switch ((DensityKind)d->kind) {
+  case DENSITY_GRID:
+  case DENSITY_BALL: return v3_all(1);
+  case DENSITY_VOXELS: return d->voxels.tints[density_entry(d, p)];
+  }
+  unreachable();
+}
+
+// What it shines with there, seen through so much of it that nothing is seen behind: radiance.
+static inline Vec3 density_glow(const Density *d, Vec3 p)
+{
+  switch ((DensityKind)d->kind) {
+  case DENSITY_GRID:
+  case DENSITY_BALL: return v3_all(0);
+  case DENSITY_VOXELS: return d->voxels.glows[density_entry(d, p)];
   }
   unreachable();
 }

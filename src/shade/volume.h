@@ -15,4 +15,20 @@ typedef struct Volume {
   float most;             // bounds extinction in all channels: how often light is looked for, per metre at density 1
 } Volume;
 
+// What it scatters and what it adds at a place in its density's space, were that 1 there.
+static inline Vec3 volume_scattering(const Volume *v, Vec3 p)
+{
+  return v->density && v->density->has_tint ? v->scattering * density_tint(v->density, p) : v->scattering;
+}
+
+static inline bool volume_shines(const Volume *v)
+{
+  return !v3_is_zero(v->emission) || (v->density && v->density->has_glow);
+}
+
+static inline Vec3 volume_emission(const Volume *v, Vec3 p)
+{
+  return v->density && v->density->has_glow ? v->emission + v->extinction * density_glow(v->density, p) : v->emission;
+}
+
 #endif

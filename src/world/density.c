@@ -16,7 +16,14 @@ void density_part_release(DensityPart *part)
 {
   if (!part || atomic_fetch_sub_explicit(&part->users, 1, memory_order_acq_rel) != 1) return;
   mem_free(part->density.most);
-  if (part->density.kind == DENSITY_GRID) mem_free(part->density.grid.values);
+  switch ((DensityKind)part->density.kind) {
+  case DENSITY_GRID: mem_free(part->density.grid.values); break;
+  case DENSITY_BALL: break;
+  case DENSITY_VOXELS:
+    voxels_release(part->density.voxels.cells);
+    mem_free(part->density.voxels.tints);
+    mem_free(part->density.voxels.glows);
+  }
   mem_free(part);
 }
 
@@ -268,23 +275,32 @@ static DensityPart *find_part(const WorldParts *p, uint64_t key)
   return NULL;
 }
 
-const Density *prepare_density(Prepare *p, const Scene *s, const Medium *m)
+DensityPart *prepare_density_part(Prepare *p, uint64_t key, bool *is_made)
 {
-  uint64_t key = 0;
-  if (!density_key(p, s, m, &key)) return NULL;
   DensityPart *part = find_part(p->parts, key);
-  if (part) return &part->density;
+  *is_made = true;
+  if (part) return part;
   if (!array_reserve(&p->parts->densities, p->parts->densities.count + 1)) return prepare_failed_memory(p), NULL;
   part = find_part(p->previous, key);
   if (part) {
     atomic_fetch_add_explicit(&part->users, 1, memory_order_relaxed);
     array_push(&p->parts->densities, part);
-    return &part->density;
+    return part;
   }
   part = mem_zero(1, sizeof *part);
   if (!part) return prepare_failed_memory(p), NULL;
+  *is_made = false;
   atomic_init(&part->users, 1);
   part->key = key;
   array_push(&p->parts->densities, part);
-  return make(p, s, m, &part->density) && add_bounds(&part->density, p->err) ? &part->density : NULL;
+  return part;
+}
+
+const Density *prepare_density(Prepare *p, const Scene *s, const Medium *m)
+{
+  uint64_t key = 0;
+  bool is_made;
+  DensityPart *part = density_key(p, s, m, &key) ? prepare_density_part(p, key, &is_made) : NULL;
+  if (!part) return NULL;
+  return is_made || (make(p, s, m, &part->density) && add_bounds(&part->density, p->err)) ? &part->density : NULL;
 }

@@ -44,6 +44,18 @@ bool prepare_volumes(Prepare *p, Source *source)
   return true;
 }
 
+int32_t prepare_voxel_volume(Prepare *p, const char *name, int32_t volume_i, Voxels *v)
+{
+  Volume out = p->volumes.items[volume_i];
+  if (out.density)
+    return err_set(p->err, ERR_BAD_SCENE, "object \"%s\": voxels say themselves where their medium is; give them a homogeneous one",
+                   name ? name : ""), -1;
+  out.density = prepare_voxel_density(p, v);
+  if (!out.density) return -1;
+  out.most = fmaxf(v3_max_lane(out.extinction), least_chance(&out));
+  return array_push(&p->volumes, out) ? (int32_t)p->volumes.count - 1 : (prepare_failed_memory(p), -1);
+}
+
 bool prepare_add_medium(Prepare *p, const Instance *boundary, const WorldMedium *medium, int32_t mesh_part)
 {
   Instance i = *boundary;

@@ -138,7 +138,36 @@ static int32_t volume_of(const Level *level, const Object *o)
 
 static bool can_be_filled(int32_t shape_kind)
 {
-  return shape_kind == SHAPE_MESH || shape_kind == SHAPE_SPHERE || shape_kind == SHAPE_BOX;
+  return shape_kind == SHAPE_MESH || shape_kind == SHAPE_SPHERE || shape_kind == SHAPE_BOX || shape_kind == SHAPE_VOXELS;
+}
+
+// Voxels that a medium fills: smoke, in a box around the filled cells.
+static bool add_smoke(Prepare *p, const Source *source, const Object *o, Placing *at)
+{
+  const char *name = o->name ? o->name : "";
+  if (at->has_surface)
+    return err_set(p->err, ERR_BAD_SCENE, "object \"%s\": voxels that a medium fills are smoke and have no surface; leave out the material",
+                   name);
+  if (o->shape.voxels_i < 0)
+    return err_set(p->err, ERR_BAD_SCENE, "object \"%s\" is voxels without any; give it a \"file\", or a \"size\" and \"fill\"", name);
+  Voxels *v = source->scene->voxels.items[o->shape.voxels_i].data;
+  if (!v->cell_count) return true;
+  const float size = o->shape.voxels.voxel_size;
+  const Frame cells = {v3(size, 0, 0), v3(0, size, 0), v3(0, 0, size), voxels_origin(&o->shape.voxels, v)};
+  const Frame world_from_cells = frame_product(&at->instance.world_from_object, &cells);
+  Vec3 wide = v3_all(0), middle = v3_all(0);
+  for (int k = 0; k < 3; k++) {
+    wide[k] = (float)(v->hi[k] - v->lo[k]);
+    middle[k] = (float)v->lo[k] + wide[k] / 2;
+  }
+  const Frame box = {v3(wide[0], 0, 0), v3(0, wide[1], 0), v3(0, 0, wide[2]), middle};
+  MeshData *unit = prepare_unit_box(p);
+  if (!unit) return prepare_failed_memory(p);
+  at->volume = prepare_voxel_volume(p, o->name, at->volume, v);
+  at->medium_from_world = frame_inverse(&world_from_cells);
+  at->instance.world_from_object = frame_product(&world_from_cells, &box);
+  at->is_box = true;
+  return at->volume >= 0 && add_mesh(p, unit, -1, at);
 }
 
 static bool add_solid(Prepare *p, const Shape *shape, Instance *i, WorldInstance *w)
@@ -242,7 +271,7 @@ static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t m
                 .volume = volume_of(level, o)};
   Instance *i = &at.instance;
   if (at.volume >= 0 && !can_be_filled(o->shape.kind))
-    return err_set(p->err, ERR_BAD_SCENE, "object \"%s\": only a sphere, a box or a mesh can be filled with a medium",
+    return err_set(p->err, ERR_BAD_SCENE, "object \"%s\": only a sphere, a box, a mesh or voxels can be filled with a medium",
                    o->name ? o->name : "");
   at.medium_from_world = frame_inverse(&i->world_from_object);
   at.has_surface = at.volume < 0 || material >= 0;
@@ -276,7 +305,8 @@ static bool add_shape(Prepare *p, const Level *level, const Object *o, int32_t m
     const CsgPlace whole = {level->source, level->frame, level->material};
     return prepare_csg(p, &whole, (int32_t)level->next - 1, i, &at.surface);
   }
-  case SHAPE_VOXELS: return prepare_voxels(p, level->source, o, material, i, &at.surface);
+  case SHAPE_VOXELS:
+    return at.volume >= 0 ? add_smoke(p, level->source, o, &at) : prepare_voxels(p, level->source, o, material, i, &at.surface);
   case SHAPE_FIELD:
   case SHAPE_ROUND_BOX:
   case SHAPE_CAPSULE:

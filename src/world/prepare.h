@@ -100,6 +100,7 @@ bool prepare_voxel_emitters(Prepare *p, size_t index); // of an instance of voxe
 
 // Media of one source, appended in order; places they fill; the tree of those, and the atmosphere.
 bool prepare_volumes(Prepare *p, Source *source);
+int32_t prepare_voxel_volume(Prepare *p, const char *name, int32_t volume_i, Voxels *v); // the same in voxels' cells; -1: failed
 bool prepare_add_medium(Prepare *p, const Instance *boundary, const WorldMedium *medium, int32_t mesh_part);
 bool prepare_media(Prepare *p); // after parts_make
 

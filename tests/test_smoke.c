@@ -1,0 +1,217 @@
+// Voxels as smoke: their cells as a density, what passes and what comes back, in closed form and by Chandrasekhar's functions.
+
+#include "tests/render_sample.h"
+#include "tests/scene_sample.h"
+
+#include "base/hash.h"
+#include "scene/edit.h"
+#include "shade/albedo.h"
+#include "world/parts.h"
+
+static uint32_t draws;
+
+static float random_unit(void)
+{
+  return unit_float(hash_u32(draws++));
+}
+
+// A scene of one object of voxels that the medium "m" fills.
+static Scene *smoke_scene(const char *size, const char *cells, const char *medium)
+{
+  char text[3000];
+  Err err;
+  snprintf(text, sizeof text, "{ \"rayfold\": 1, \"sky\": { \"kind\": \"constant\", \"color\": 1 },\n\"media\": { \"m\": { %s } },\n"
+           "\"objects\": [ { \"name\": \"v\", \"medium\": \"m\", \"shape\": { \"kind\": \"voxels\", \"voxel_size\": 1, \"origin\": \"floor\", \"size\": %s,\n"
+           "%s } } ] }", medium, size, cells);
+  Scene *s = sample_load(text, &err);
+  CHECK_MSG(s, "%s", err.text);
+  if (!s) exit(1);
+  return s;
+}
+
+static Picture picture_of(Scene *s, Eye eye, uint32_t side, uint32_t spp)
+{
+  World *w = world_of(s);
+  Film *f = film_create(side, side, ALL_PLANES, NULL);
+  const RenderJob job = job_of(s, w, eye, f, spp);
+  RenderStats stats;
+  Err err = {0};
+  CHECK_MSG(render_run(&job, NULL, hot_table(cpu_best_isa()), NULL, &stats, &err), "%s", err.text);
+  CHECK_MSG(stats.bad_samples == 0, "%llu samples are not finite", (unsigned long long)stats.bad_samples);
+  const Picture p = summarize(f);
+  film_destroy(f);
+  world_release(w);
+  return p;
+}
+
+// At any place the density is 1 in a filled cell, else 0, and never above the bound of the cell that a walk is in.
+TEST(the_density_is_the_cells)
+{
+  Scene *s = smoke_scene("[70, 31, 530]", "\"fill\": [ { \"kind\": \"sphere\", \"center\": [30, 15, 40], \"radius\": 14 }, { \"kind\": \"hills\", "
+                         "\"corner\": [0, 0, 400], \"size\": [70, 20, 130] }, { \"kind\": \"box\", \"corner\": [64, 8, 128], \"size\": [6, 8, 64] } ]",
+                         "\"kind\": \"homogeneous\"");
+  World *w = world_of(s);
+  const Voxels *v = s->voxels.items[0].data;
+  const Density *d = &w->parts->densities.items[0]->density;
+  int filled = 0;
+  for (int line = 0; line < 2000; line++) {
+    const Vec3 wide = v3(70, 31, 530), o = wide * v3(random_unit(), random_unit(), random_unit());
+    const Vec3 dir = v3_normalize(wide * v3(random_unit(), random_unit(), random_unit()) - o);
+    DensityWalk walk;
+    if (!density_walk(d, o, dir, 0, 1000, &walk)) continue;
+    do {
+      const float t = walk.t + random_unit() * (density_cell_end(&walk) - walk.t);
+      const Vec3 p = o + t * dir;
+      const uint32_t entry = voxels_entry(v, (int32_t)floorf(p[0]), (int32_t)floorf(p[1]), (int32_t)floorf(p[2]));
+      CHECK(density_at(d, p) == (entry ? 1 : 0) && density_at(d, p) <= density_most(&walk));
+      filled += entry != 0;
+    } while (density_step(&walk));
+  }
+  CHECK(filled > 1000);
+  world_release(w);
+  scene_destroy(s);
+}
+
+// Behind cells of different kinds: exp(-chance), whatever their colour.
+TEST(what_passes_is_by_the_filled_cells)
+{
+  Scene *s = smoke_scene("[8, 8, 8]", "\"fill\": [ { \"kind\": \"box\", \"size\": [8, 8, 8], \"color\": [1, 0.5, 0] }, "
+                         "{ \"kind\": \"box\", \"corner\": [0, 0, 2], \"size\": [8, 8, 3], \"mode\": \"erase\" } ]",
+                         "\"kind\": \"homogeneous\", \"scattering\": 0.1, \"absorption\": 0.2");
+  s->render.max_depth = 0;
+  const Picture p = picture_of(s, parallel(0, 4, 50, 0, 4, 0, 2), 16, 64);
+  for (int k = 0; k < 3; k++) CHECK_NEAR(p.mean[k], exp(-0.3 * 5), 5 * p.error);
+  CHECK(p.error < 0.005);
+  scene_destroy(s);
+}
+
+// White cells that scatter all: the sky is what is seen, whatever the shape.
+TEST(a_white_furnace)
+{
+  Scene *s = smoke_scene("[24, 24, 24]", "\"fill\": [ { \"kind\": \"sphere\", \"center\": [12, 12, 12], \"radius\": 11, \"color\": 1 }, { \"kind\": \"box\", "
+                         "\"corner\": [5, 5, 5], \"size\": [9, 3, 19], \"mode\": \"erase\" } ]", "\"kind\": \"homogeneous\", \"scattering\": 0.3");
+  s->render.max_depth = 1000;
+  for (int march = 0; march < 2; march++) {
+    s->render.volumes = march ? VOLUMES_MARCH : VOLUMES_EXACT;
+    const Picture p = picture_of(s, pinhole(20, 30, 40, 0, 12, 0, 30), 12, 16);
+    CHECK_NEAR(p.mean[1], 1, 1e-3 + 5 * p.error);
+  }
+  scene_destroy(s);
+}
+
+// Chandrasekhar's H for scattering all ways alike, at the middles of COUNT parts of [0, 1] ("Radiative Transfer", 1950,
+// chapter V: the form that converges for all albedos).
+enum { H_COUNT = 200 };
+static void chandrasekhar(double albedo, double h[H_COUNT])
+{
+  for (int i = 0; i < H_COUNT; i++) h[i] = 1;
+  for (int round = 0; round < 60; round++)
+    for (int i = 0; i < H_COUNT; i++) {
+      const double mu = (i + 0.5) / H_COUNT;
+      double sum = 0;
+      for (int k = 0; k < H_COUNT; k++) {
+        const double other = (k + 0.5) / H_COUNT;
+        sum += other * h[k] / (mu + other) / H_COUNT;
+      }
+      h[i] = 1 / (sqrt(1 - albedo) + albedo / 2 * sum);
+    }
+}
+
+// The formula, against the exact reflectance for light from all sides: 1 - 2 sqrt(1 - a) times the first moment of H.
+TEST(albedos_look_like_colours)
+{
+  for (int i = 0; i <= 10; i++) {
+    const double albedo = i / 10.0;
+    double h[H_COUNT], moment = 0;
+    chandrasekhar(albedo, h);
+    for (int k = 0; k < H_COUNT; k++) moment += h[k] * (k + 0.5) / H_COUNT / H_COUNT;
+    CHECK_NEAR(reflectance_of_albedo((float)albedo), 1 - 2 * sqrt(1 - albedo) * moment, 0.01);
+    CHECK_NEAR(albedo_of_reflectance(reflectance_of_albedo((float)albedo)), albedo, 2e-3);
+  }
+}
+
+// Thick smoke seen straight on under a white sky, by colour channel: 1 - sqrt(1 - a) H(1).
+TEST(thick_smoke_has_the_colours_of_its_cells)
+{
+  Scene *s = smoke_scene("[64, 64, 64]", "\"fill\": [ { \"kind\": \"box\", \"size\": [64, 64, 64], \"color\": [0.8, 0.3, 0.05] } ]",
+                         "\"kind\": \"homogeneous\", \"scattering\": 2");
+  s->render.max_depth = 200;
+  const float color[3] = {0.8f, 0.3f, 0.05f};
+  const Picture p = picture_of(s, parallel(0, 32, 99, 0, 32, 0, 1), 16, (uint32_t)(TEST_IS_SLOW ? 32 : 128));
+  for (int k = 0; k < 3; k++) {
+    const double albedo = (double)albedo_of_reflectance(color[k]);
+    double h[H_COUNT];
+    chandrasekhar(albedo, h);
+    CHECK_NEAR(p.mean[k], 1 - sqrt(1 - albedo) * h[H_COUNT - 1], 0.004 + 6 * p.error);
+  }
+  scene_destroy(s);
+}
+
+// Cells that shine: what a slab of them adds is their radiance times 1 - exp(-depth), of the sky behind the rest is left.
+TEST(shining_cells_glow)
+{
+  Scene *s = smoke_scene("[8, 8, 4]", "\"palette\": { \"lamp\": { \"color\": [1, 0.5, 0], \"emission\": 4 } }, "
+                         "\"fill\": [ { \"kind\": \"box\", \"size\": [8, 8, 4], \"voxel\": \"lamp\" } ]",
+                         "\"kind\": \"homogeneous\", \"scattering\": 0.15, \"absorption\": 0.05");
+  const double left = exp(-0.8), glow[3] = {4, 2, 0};
+  for (int march = 0; march < 2; march++) {
+    s->render.volumes = march ? VOLUMES_MARCH : VOLUMES_EXACT;
+    const Picture p = picture_of(s, parallel(0, 4, 50, 0, 4, 0, 2), 16, 64);
+    for (int k = 0; k < 3; k++) CHECK_NEAR(p.mean[k], left + glow[k] * (1 - left), 6 * p.error + 1e-3);
+    CHECK(p.error < 0.02);
+  }
+  scene_destroy(s);
+}
+
+static void check_edit_refused(Scene *s, const char *path, const char *json, const char *message)
+{
+  Err err = {0};
+  CHECK(!scene_set(s, path, json, &err));
+  CHECK_TEXT(err.text, message);
+}
+
+// An edit turns a thing to smoke and back; what makes no sense is refused.
+TEST(an_edit_turns_voxels_to_smoke)
+{
+  Scene *s = smoke_scene("[4, 4, 4]", "\"fill\": [ { \"kind\": \"box\", \"size\": [4, 4, 4] } ]", "\"kind\": \"homogeneous\"");
+  World *smoke = world_of(s);
+  CHECK(smoke->instance_count == 0 && smoke->media_count == 1);
+  Err err = {0};
+  CHECK(scene_set(s, "objects.v.medium", "null", &err));
+  World *solid = world_of(s);
+  CHECK(solid->instance_count == 1 && solid->media_count == 0);
+  CHECK(scene_set(s, "materials.paint", "{\"kind\":\"lambert\"}", &err) && scene_set(s, "objects.v.material", "\"paint\"", &err));
+  check_edit_refused(s, "objects.v.medium", "\"m\"", "leave out the material");
+  CHECK(scene_set(s, "objects.v.material", "null", &err) && scene_set(s, "objects.v.medium", "\"m\"", &err));
+  CHECK(scene_set(s, "media.m", "{\"kind\":\"ball\"}", &err));
+  CHECK(!world_prepare(s, NULL, NULL, NULL, NULL, &err));
+  CHECK_TEXT(err.text, "give them a homogeneous one");
+  world_release(smoke);
+  world_release(solid);
+  scene_destroy(s);
+}
+
+// The next world has the same density of the same cells, another one after a stroke.
+TEST(the_next_world_shares_smoke)
+{
+  Scene *s = smoke_scene("[4, 4, 4]", "\"fill\": [ { \"kind\": \"box\", \"size\": [4, 4, 4] } ]", "\"kind\": \"homogeneous\"");
+  Err err = {0};
+  World *first = world_of(s);
+  CHECK(scene_set(s, "media.m.density", "3", &err));
+  World *second = world_prepare(s, first, NULL, NULL, NULL, &err);
+  CHECK(scene_set(s, "objects.v.shape.stroke", "{\"kind\":\"box\",\"mode\":\"erase\"}", &err));
+  World *third = world_prepare(s, second, NULL, NULL, NULL, &err);
+  CHECK(first->parts->densities.items[0] == second->parts->densities.items[0] &&
+        second->parts->densities.items[0] != third->parts->densities.items[0]);
+  world_release(first);
+  world_release(second);
+  world_release(third);
+  scene_destroy(s);
+}
+
+TEST(clean_up)
+{
+  sample_remove();
+}
+
+TEST_MAIN
