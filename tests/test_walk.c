@@ -194,4 +194,44 @@ TEST(nobody_is_lost)
   leave(&p);
 }
 
+// A wormhole is walked through in one step or in many, straight to its middle, and back; a black hole stops who comes.
+TEST(balls_that_bend_light)
+{
+  Place p = place_of("{ \"rayfold\": 1, \"cells\": { \"b\": {} }, \"gates\": {"
+                     "\"a\": { \"kind\": \"wormhole\", \"to\": \"c\", \"translate\": [0, 1, 0] },"
+                     "\"c\": { \"kind\": \"wormhole\", \"cell\": \"b\", \"translate\": [5, 1, 0], \"rotate\": [0, 90, 0] },"
+                     "\"h\": { \"kind\": \"black_hole\", \"translate\": [0, 1, 8] } },"
+                     "\"objects\": [ { \"cell\": \"b\", \"shape\": { \"kind\": \"sphere\", \"radius\": 0.5 }, \"translate\": [0, 1, 0] } ] }");
+  const rf_body start = body_at(0, 1, 3, 0);
+  rf_body one = start, many = start;
+  // Straight through the middle one comes out in front of where one went in, turned over: at -z of the other ball, which
+  // is turned so that this is -x.
+  rf_hit hit;
+  const rf_ray ahead = {start.frame.p, 0, {0, 0, -1}, INFINITY};
+  rf_arrival seen;
+  CHECK(rf_look(p.world, 0, &ahead, &hit, &seen) && seen.cell == 1);
+  CHECK_NEAR(hit.t, 2 + 3.5, 1e-4);
+  int gates[2] = {rf_walk(p.world, &one, (rf_vec3){0, 0, -3.5f}, true).gates, 0};
+  for (int i = 0; i < 700; i++) {
+    const rf_vec3 back = many.frame.z;
+    gates[1] += rf_walk(p.world, &many, (rf_vec3){-back.x / 200, -back.y / 200, -back.z / 200}, true).gates;
+  }
+  CHECK(gates[0] == 1 && gates[1] == 1 && one.cell == 1 && many.cell == 1);
+  CHECK_MSG(apart(one.frame.p, (rf_vec3){2.5f, 1, 0}) < 1e-4, "%g %g %g", (double)one.frame.p.x, (double)one.frame.p.y, (double)one.frame.p.z);
+  CHECK_MSG(apart(many.frame.p, one.frame.p) < 1e-3 && apart(many.frame.z, one.frame.z) < 1e-4, "%g", (double)many.frame.p.x);
+  CHECK(apart(one.frame.z, (rf_vec3){1, 0, 0}) < 1e-4 && apart(one.frame.y, (rf_vec3){0, 1, 0}) < 1e-4); // still ahead, and upright
+  rf_walk(p.world, &one, (rf_vec3){3.5f, 0, 0}, true);
+  CHECK(one.cell == 0 && apart(one.frame.p, start.frame.p) < 1e-4 && apart(one.frame.x, start.frame.x) < 1e-4);
+  rf_body grazing = body_at(0.9f, 1, 3, 0);
+  CHECK(rf_walk(p.world, &grazing, (rf_vec3){0, 0, -6}, true).gates == 1 && grazing.cell == 0); // bent, but not through
+  rf_body fallen = body_at(0.2f, 1, 5, 0);
+  for (int stops = 0; stops < 2; stops++) {
+    const rf_walk_end end = rf_walk(p.world, &fallen, (rf_vec3){0, 0, 9}, stops);
+    CHECK(end.is_blocked && !end.gates && fallen.cell == 0);
+    CHECK_NEAR(end.surface.ng.z, -sqrt(0.96), 1e-4);
+    CHECK_NEAR(fallen.frame.p.z, 8 - sqrt(0.96), 1e-4);
+  }
+  leave(&p);
+}
+
 TEST_MAIN

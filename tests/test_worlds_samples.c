@@ -47,6 +47,12 @@ static void make_furnace(Scene *s)
     sky->constant.gain = 1;
   }
   set3(s->render.fade_color, 1, 1, 1);
+  for (size_t i = 0; i < s->gates.count; i++) {
+    Gate *g = &s->gates.items[i];
+    if (g->kind != GATE_BLACK_HOLE) continue;
+    g->black_hole.disk_outer = 0; // which shines more on one side
+    set3(g->black_hole.caught, 1, 1, 1);
+  }
   s->render.max_depth = 24;
 }
 

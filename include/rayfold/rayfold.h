@@ -274,7 +274,8 @@ typedef struct rf_walk_end {
 } rf_walk_end;
 // Moves the body by `motion`, all of it but for what is in the way (if stops): through gates, which carry frame, velocity
 // and scale along; what is left of the motion at a gate is walked behind it. The same way in one step or in many. In curved
-// cells the way is a geodesic, and frame and velocity are carried along it (parallel transport).
+// cells the way is a geodesic, and frame and velocity are carried along it (parallel transport). The ball of a wormhole is
+// stepped over in no time; that of a black hole stops everyone, and has no material.
 RF_API rf_walk_end rf_walk(const rf_world *w, rf_body *body, rf_vec3 motion, bool stops);
 
 // --- proofs: what a world is, measured by walking and looking in it ------------------------------------

@@ -73,12 +73,21 @@ static float stride_left(const World *w, const Stride *s, float t)
   return kappa == 0 ? s->ray.tmax - t : s->left - local_length(kappa, &s->ray, t);
 }
 
-static void stride_cross(const World *w, Stride *s, const SpaceExit *end)
+static const Ball *ball_of(const SpaceGate *g)
 {
-  const bool is_curved = w->space.gates[end->gate].side[end->side].curve != NULL;
+  const GateCurve *c = g->side[GATE_FRONT].curve;
+  return c ? c->ball : NULL;
+}
+
+// False: it ended there.
+static bool stride_cross(const World *w, Stride *s, const SpaceExit *end)
+{
+  const SpaceGate *g = &w->space.gates[end->gate];
+  const bool is_curved = g->side[end->side].curve && !ball_of(g);
   const float left = stride_left(w, s, end->t);
-  way_cross(&w->space, &s->way, end->gate, end->side, end->t, &s->ray);
+  if (!way_cross(&w->space, &s->way, end->gate, end->side, end->t, &s->ray)) return false;
   if (is_curved) aim(w, s, left);
+  return true;
 }
 
 // A far origin loses digits, which only long ways through small places would notice.
@@ -103,7 +112,7 @@ bool rf_look(const rf_world *w, int cell, const rf_ray *r, rf_hit *hit, rf_arriv
     SpaceExit end;
     w->engine->hot->piece(world, &s.ray, &s.way, &found, &end);
     if (end.gate == NO_GATE || s.way.crossings >= world->crossings) break;
-    stride_cross(world, &s, &end);
+    if (!stride_cross(world, &s, &end)) break;
   }
   const float scale = s.way.scale, back = 1 / (length * scale), there = length * scale;
   const bool is_hit = found.instance != NO_HIT;
@@ -159,6 +168,34 @@ static void carry_through(const GateCurve *c, Vec3 p, rf_body *b)
   }
 }
 
+// Into a ball that bends light, by a ray at p: parallel along the way through it.
+static void carry_through_ball(const GateCurve *c, Vec3 p, Vec3 d, rf_body *b)
+{
+  const Vec3 at = p;
+  chart_map(0, &c->map, &p, &d);
+  Vec3 p_to = p, d_to = d;
+  const BallEnd end = ball_go(c->ball, &p_to, &d_to);
+  for (int k = 0; k < 4; k++) {
+    const Vec3 v = from_public(*axis_of(b, k));
+    const float length = v3_length(v);
+    if (!(length > 0)) continue;
+    Vec3 from = at, u = v / length, to = p_to;
+    chart_map(0, &c->map, &from, &u);
+    u = ball_carry(c->ball, end, p, d, d_to, u);
+    chart_map(0, end == BALL_PASSED ? &c->map_to : &c->back, &to, &u);
+    *axis_of(b, k) = to_public(length * v3_normalize(u));
+  }
+}
+
+// Nobody is within a ball that bends light who was not. An eye that was put there stays.
+static Vec3 keep_off_ball(const SpaceGate *g, Vec3 from, Vec3 p)
+{
+  const Vec3 middle = frame_inverse(&g->own_from_cell).p;
+  const float r = g->size[0] + 2 * margin(v3_abs(middle) + v3_all(g->size[0])), off = v3_length(p - middle);
+  const bool was_within = v3_length(from - middle) < 0.999f * g->size[0];
+  return off < r && !was_within ? middle + (r / off) * (p - middle) : p;
+}
+
 // Keeps p off the flat gates of its cell, on the side of `from`, a place the body was at since it came into the cell; off the
 // gate it came out of, on the side it came out at.
 static Vec3 keep_off(const World *w, const Way *way, Vec3 from, Vec3 d, Vec3 p)
@@ -166,7 +203,9 @@ static Vec3 keep_off(const World *w, const Way *way, Vec3 from, Vec3 d, Vec3 p)
   const float least = margin(p);
   for (size_t i = 0; i < w->space.gate_count; i++) {
     const SpaceGate *g = &w->space.gates[i];
-    if (g->cell != way->cell || gate_is_closed(g)) continue;
+    if (g->cell != way->cell) continue;
+    if (ball_of(g)) p = keep_off_ball(g, from, p);
+    if (gate_is_closed(g)) continue;
     const float off = v3_dot(g->n, p) - g->c, was = v3_dot(g->n, from) - g->c;
     if (!(fabsf(off) < least) || (!g->is_wall && !gate_has(g, p))) continue;
     const bool in_front = g->is_wall || (i == way->from ? v3_dot(g->n, d) > 0 : was > 0);
@@ -175,7 +214,7 @@ static Vec3 keep_off(const World *w, const Way *way, Vec3 from, Vec3 d, Vec3 p)
   return p;
 }
 
-// Takes the body through the gates on its way; what is behind `end` is where it stops.
+// Takes the body through the gates on its way; what is behind `end` is where it stops: a black hole's ball, too.
 static SpaceExit walk_through(const rf_world *w, rf_body *b, Stride *s, Hit *hit, int *gates)
 {
   const World *world = w->world;
@@ -184,14 +223,18 @@ static SpaceExit walk_through(const rf_world *w, rf_body *b, Stride *s, Hit *hit
     w->engine->hot->piece(world, &s->ray, &s->way, hit, &end);
     if (end.gate == NO_GATE || *gates == MOST_GATES_A_STEP) return end;
     const GateSide *side = &world->space.gates[end.gate].side[end.side];
-    if (side->curve) {
-      const Vec3 p = s->ray.o + end.t * s->ray.d;
+    const Ball *ball = ball_of(&world->space.gates[end.gate]);
+    const Vec3 p = s->ray.o + end.t * s->ray.d;
+    if (ball && ball->hole) return end;
+    if (ball) {
+      carry_through_ball(side->curve, p, s->ray.d, b);
+    } else if (side->curve) {
       carry_along(side->curve->kappa, s->ray.o, p, b);
       carry_through(side->curve, p, b);
     } else {
       carry(side, b);
     }
-    stride_cross(world, s, &end);
+    (void)stride_cross(world, s, &end); // which ends in black holes only
     if (++*gates % ORIGIN_AFTER == 0 && !side->curve) move_origin(&s->ray);
   }
 }
@@ -207,6 +250,28 @@ static rf_surface surface_of(const World *world, const Stride *s, const Hit *hit
                       .material_name = world->material_names[material]};
 }
 
+static bool is_hole(const World *w, uint32_t gate)
+{
+  const Ball *ball = gate == NO_GATE ? NULL : ball_of(&w->space.gates[gate]);
+  return ball && ball->hole;
+}
+
+static rf_surface ball_surface(const SpaceGate *g, Vec3 p)
+{
+  const rf_vec3 n = to_public(v3_normalize(p - frame_inverse(&g->own_from_cell).p));
+  return (rf_surface){.position = to_public(p), .error = margin(p), .ng = n, .n = n};
+}
+
+// Something is in the way at t, a motion of that length. Where the walk ends.
+static float stop_at(const World *w, const Stride *s, float t, float length, rf_walk_end *out)
+{
+  const float end = max_f(t - margin(from_public(out->surface.position)), s->ray.tmin), left = stride_left(w, s, end);
+  out->is_blocked = true;
+  out->done = clamp_f(1 - left / (length * s->way.scale), 0, 1);
+  out->left = to_public(local_vector(world_curvature(w, s->way.cell), s->ray.o + end * s->ray.d, s->ray.d) * left);
+  return end;
+}
+
 rf_walk_end rf_walk(const rf_world *w, rf_body *b, rf_vec3 motion, bool stops)
 {
   const World *world = w->world;
@@ -216,20 +281,20 @@ rf_walk_end rf_walk(const rf_world *w, rf_body *b, rf_vec3 motion, bool stops)
   if (!(length > 0) || !isfinite(length)) return out;
   Stride s = stride_begin(world, b->cell, from_public(b->frame.p), m / length, length);
   Hit hit;
+  SpaceExit hole;
   for (;;) { // a surface that does not stop is passed
-    walk_through(w, b, &s, &hit, &out.gates);
+    hole = walk_through(w, b, &s, &hit, &out.gates);
     if (hit.instance == NO_HIT || stops) break;
     s.ray.tmin = nextafterf(hit.t, INFINITY);
   }
   const float kappa = world_curvature(world, s.way.cell);
   float end = s.ray.tmax;
   if (hit.instance != NO_HIT) {
-    out.is_blocked = true;
     out.surface = surface_of(world, &s, &hit);
-    end = max_f(hit.t - margin(from_public(out.surface.position)), s.ray.tmin);
-    const float left = stride_left(world, &s, end);
-    out.done = clamp_f(1 - left / (length * s.way.scale), 0, 1);
-    out.left = to_public(local_vector(kappa, s.ray.o + end * s.ray.d, s.ray.d) * left);
+    end = stop_at(world, &s, hit.t, length, &out);
+  } else if (is_hole(world, hole.gate)) {
+    out.surface = ball_surface(&world->space.gates[hole.gate], s.ray.o + hole.t * s.ray.d);
+    end = stop_at(world, &s, hole.t, length, &out);
   }
   const Vec3 from = s.ray.o + s.ray.tmin * s.ray.d, p = keep_off(world, &s.way, from, s.ray.d, s.ray.o + end * s.ray.d);
   carry_along(kappa, s.ray.o, p, b);

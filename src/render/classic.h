@@ -113,8 +113,8 @@ static inline Vec3 classic_sky_beyond(const Wave *w, const Path *p, const PathVe
   Hit hit;
   const bool is_hit = way_closest(world, &ray, &way, RAY_SHADOW, path_ray_seed(p, 1 + (uint32_t)group), w->counters, &hit);
   const SkyMap *sky = &world_lights(world, way.cell)->sky;
-  if (!is_hit && !way.crossings) return sky->is_sampled ? v3_all(0) : sky_radiance(sky, ray.d);
-  if (!is_hit) return path_sky_left(world, &way, sky_radiance(sky, ray.d), way_length(&way, ray.tmin));
+  if (!is_hit && !way.crossings && !way.is_lost) return sky->is_sampled ? v3_all(0) : sky_radiance(sky, ray.d);
+  if (!is_hit) return path_sky_left(world, &way, &ray, hit.t, sky_radiance(sky, ray.d));
   const float length = local_length(world_curvature(world, way.cell), &ray, hit.t);
   return world->fade_color * (1 - space_fade(world->fade, way_length(&way, length)));
 }
@@ -154,7 +154,7 @@ static inline void classic_side_shade(Wave *w, Path *p, const Ray *ray, const Hi
 {
   PathVertex v;
   if (hit->instance == NO_HIT) {
-    path_add_sky(p, ray->d, way_length(&p->way, ray->tmin));
+    path_add_sky(p, ray, hit->t);
     return;
   }
   path_arrive(p, ray, hit, &v);
@@ -257,7 +257,7 @@ static inline bool classic_step(void *classic, Path *p, Ray *ray, const Hit *hit
     if (p->depth == 0 && pass->settings.transparent && !p->way.is_lost)
       seen->alpha = 0;
     else
-      path_add_sky(p, ray->d, way_length(&p->way, ray->tmin));
+      path_add_sky(p, ray, hit->t);
     return false;
   }
   path_arrive(p, ray, hit, &v);

@@ -158,15 +158,17 @@ static inline void path_add_emission(Path *p, const SurfaceMaterial *m, const Su
   path_add(p, p->depth, p->throughput * emitted * weight);
 }
 
-// What is left of a sky's light that came through gates.
-static inline Vec3 path_sky_left(const World *w, const Way *way, Vec3 light, float gates_end)
+// What is left of a sky's light that came through gates; or what is seen where the way is lost, at t.
+static inline Vec3 path_sky_left(const World *w, const Way *way, const Ray *ray, float t, Vec3 light)
 {
-  return way->is_lost ? w->fade_color : w->fade_color + (light - w->fade_color) * space_fade(w->fade, gates_end);
+  if (way->is_lost) return way_lost_light(w, way, ray, t);
+  return w->fade_color + (light - w->fade_color) * space_fade(w->fade, way_length(way, ray->tmin)); // where the last gate was
 }
 
-// The ray leaves the scene along d, from the last gate `gates_end` along its way: the sky, and the disks of suns.
-static inline void path_add_sky(Path *p, Vec3 d, float gates_end)
+// The ray leaves the scene, or is lost at t: the sky, and the disks of suns.
+static inline void path_add_sky(Path *p, const Ray *ray, float t)
 {
+  const Vec3 d = ray->d;
   const World *w = p->pass->world;
   const WorldCell *cell = &w->cells[p->way.cell];
   const LightSet *lights = cell->lights;
@@ -178,7 +180,7 @@ static inline void path_add_sky(Path *p, Vec3 d, float gates_end)
     const Sun *sun = &lights->suns[i];
     light += sun_radiance(sun, d) * path_found_weight(p, is_aimed ? sun_pdf(sun, d) : 0);
   }
-  if (!is_direct) light = path_sky_left(w, &p->way, light, gates_end);
+  if (!is_direct || p->way.is_lost) light = path_sky_left(w, &p->way, ray, t, light);
   path_add(p, p->depth, p->throughput * light * path_fade(p->absorption, INFINITY));
 }
 

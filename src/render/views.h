@@ -43,7 +43,7 @@ static inline FilmSample view_render(const RenderPass *pass, Ray ray, const Way 
   FilmSample out = {.alpha = 1};
   if (pass->settings.integrator == INTEGRATOR_COST) out.radiance = cost;
   if (hit->instance == NO_HIT) {
-    if (way->is_lost) out.radiance = w->fade_color;
+    if (way->is_lost) out.radiance = way_lost_light(w, way, &ray, hit->t);
     else if (pass->settings.transparent) out.alpha = 0;
     return out;
   }

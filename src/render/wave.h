@@ -123,7 +123,16 @@ static MEDIA_APART bool wave_pass_gate(void *wave, uint16_t i, const Ray *ray, c
   p->absorption = absorption;
   if (w->is_scattered[path_i]) return false;
   const GateSide *side = &world->space.gates[end->gate].side[end->side];
-  w->media[path_i] = media_at(world, side->cell, frame_point(&side->map, ray->o + end->t * ray->d), w->counters);
+  Way way = w->ways[i];
+  Ray there = *ray;
+  uint32_t cell = side->cell;
+  Vec3 at = frame_point(&side->map, ray->o + end->t * ray->d);
+  if (side->curve) {
+    if (!way_cross(&world->space, &way, end->gate, end->side, end->t, &there)) return true;
+    cell = way.cell;
+    at = there.o + there.tmin * there.d;
+  }
+  w->media[path_i] = media_at(world, cell, at, w->counters);
   return true;
 }
 
@@ -206,7 +215,7 @@ static MEDIA_APART void wave_fade_light(Wave *w, size_t i)
     if (!plan || !(ray.tmax < INFINITY)) return;
     const float t = ray.tmax;
     ray.tmax = packed.tmax;
-    way_cross(&world->space, &way, gate / 2, side, t, &ray);
+    if (!way_cross(&world->space, &way, gate / 2, side, t, &ray)) return;
     packed = ray_pack(&ray);
     way_move_origin(&way, &packed);
     set = media_at(world, way.cell, v3_load(packed.o), w->counters);
@@ -272,7 +281,7 @@ static inline bool wave_arrive(Wave *w, Path *p, const Ray *ray, const Hit *hit,
     if (p->depth == 0 && w->pass->settings.transparent && !p->way.is_lost)
       seen->alpha = w->has_media ? 1 - v3_mean(p->throughput) : 0; // media cover by what they take
     else
-      path_add_sky(p, ray->d, way_length(&p->way, ray->tmin)); // tmin is where the last gate was
+      path_add_sky(p, ray, hit->t);
     return false;
   }
   path_arrive(p, ray, hit, v);
@@ -290,7 +299,8 @@ static inline bool wave_step(void *wave, Path *p, Ray *ray, const Hit *hit, Film
   Wave *w = wave;
   PathVertex v;
   MediumPoint at;
-  const bool is_inside = w->has_media && wave_travel(w, p, ray, hit->t, &at, seen);
+  const bool is_lost = world_has_gates(w->pass->world) && p->way.is_lost; // what is in its way was seen to at the gate
+  const bool is_inside = w->has_media && !is_lost && wave_travel(w, p, ray, hit->t, &at, seen);
   if (is_inside)
     v = (PathVertex){.phase = at.phase, .s = {.p = at.p}, .wo = -ray->d};
   else if (!wave_arrive(w, p, ray, hit, &v, seen))

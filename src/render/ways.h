@@ -28,6 +28,14 @@ static inline const LightSet *world_lights(const World *w, uint32_t cell)
   return w->cells[cell].lights;
 }
 
+// What is seen where a way is lost, its ray at t there; from what it came to, what length leaves of it.
+static inline Vec3 way_lost_light(const World *w, const Way *way, const Ray *ray, float t)
+{
+  if (!way->ended) return w->fade_color;
+  const Vec3 light = way_ball_light(&w->space, way, ray->o + t * ray->d, ray->d);
+  return w->fade_color + (light - w->fade_color) * space_fade(w->fade, way_length(way, t));
+}
+
 // One batch to the tree of one cell.
 static inline void cell_ask(const World *w, uint32_t cell, const PackedRay *rays, const TraceQuery *queries, size_t count,
                             RayMask mask, RayCounters *counters, BatchHabit *habit, Hit *hits, uint8_t *blocked)
@@ -55,7 +63,7 @@ static inline bool way_go_on(const World *w, Way *way, const SpaceExit *end, Pac
     way->is_lost = true;
     return false;
   }
-  way_cross(&w->space, way, end->gate, end->side, end->t, &ray);
+  if (!way_cross(&w->space, way, end->gate, end->side, end->t, &ray)) return false;
   *packed = ray_pack(&ray);
   return true;
 }
@@ -166,7 +174,7 @@ static inline bool way_closest(const World *w, Ray *ray, Way *way, RayMask mask,
       way->is_lost = true;
       return false;
     }
-    way_cross(&w->space, way, end.gate, end.side, end.t, ray);
+    if (!way_cross(&w->space, way, end.gate, end.side, end.t, ray)) return false;
   }
 }
 
@@ -238,7 +246,7 @@ static inline void ways_blocked(const World *w, const PackedRay *from, const Way
         continue;
       }
       Ray ray = ray_unpack(&rays[i]);
-      way_cross(&w->space, &ways[i], (aim - 1) / 2, (int)((aim - 1) & 1), ends[k], &ray);
+      if (!way_cross(&w->space, &ways[i], (aim - 1) / 2, (int)((aim - 1) & 1), ends[k], &ray)) continue;
       rays[i] = ray_pack(&ray);
       left[i] >>= 16;
       open[kept++] = i;

@@ -443,7 +443,8 @@ static inline Vec3 whitted_sky_beyond(const Whitted *t, size_t i)
   const World *w = t->pass->world;
   const WorldCell *cell = &w->cells[t->go_int[GO_CELL][i]];
   const Vec3 d = whitted_row3(t->go + GO_D, i);
-  if (t->ways[i].is_lost) return w->fade_color;
+  const Ray ray = whitted_ray(t, i);
+  if (t->ways[i].is_lost) return way_lost_light(w, &t->ways[i], &ray, t->t[i]);
   Vec3 light = sky_radiance(&cell->lights->sky, d);
   for (size_t k = 0; k < cell->own_suns; k++) light += sun_radiance(&cell->lights->suns[k], d);
   return t->ways[i].crossings ? w->fade_color + (light - w->fade_color) * space_fade(w->fade, t->last_gate[i]) : light;

@@ -69,13 +69,28 @@ FIELD_STRUCT(GateCommon, GATE_FIELDS);
   F(vec3, size, (1, 1, 1), 1e-6, NO_LIMIT, "m", "Extent along x, y and z; its front is outside.")
 #define GATE_SPHERE_FIELDS(F) \
   F(real, radius, 1, 1e-6, NO_LIMIT, "m", "Its front is outside.")
+#define GATE_WORMHOLE_FIELDS(F)                                                                                     \
+  F(real, radius, 1, 1e-6, NO_LIMIT, "m", "Of the ball within which it bends light; outside of it space is flat.")  \
+  F(real, throat, 0.5, 1e-6, NO_LIMIT, "m", "Radius where it is narrowest, smaller than that of the ball.")         \
+  F(real, length, 0, 0, NO_LIMIT, "m", "Of a tube of that radius between its ends; needs `lensing`.")               \
+  F(real, lensing, 0, 0, NO_LIMIT, "m", "How softly the throat widens at its ends (DNGR's M): 0 is Ellis's wormhole, which has no tube.")
+#define GATE_BLACK_HOLE_FIELDS(F)                                                                                   \
+  F(real,  radius, 1, 1e-6, NO_LIMIT, "m", "Of the ball within which it bends light; outside of it space is flat.") \
+  F(real,  horizon, 0.1, 1e-6, NO_LIMIT, "m", "Radius of its horizon, at most half of the ball's. It looks 2.6 times as large.") \
+  F(color, caught, (0, 0, 0), 0, NO_LIMIT, "W/m2sr", "What is seen in place of light that falls in.")               \
+  F(real,  disk_inner, 0.3, 1e-6, NO_LIMIT, "m", "Where the disk of hot matter about its y axis begins: more than 1.5 horizons; 3 are natural.") \
+  F(real,  disk_outer, 0, 0, NO_LIMIT, "m", "Where it ends, at most at the ball's surface; 0: there is no disk.")   \
+  F(real,  disk_temperature, 4500, 1000, 40000, "K", "Where it is hottest, at 1.36 of its beginning.")              \
+  F(real,  disk_gain, 1, 0, NO_LIMIT, "W/m2sr", "Its radiance there, before motion and gravity change it by the fourth power of the shift.")
 FIELD_STRUCT(GateRect, GATE_RECT_FIELDS);
 FIELD_STRUCT(GatePolygon, GATE_POLYGON_FIELDS);
 FIELD_STRUCT(GateBox, GATE_BOX_FIELDS);
 FIELD_STRUCT(GateSphere, GATE_SPHERE_FIELDS);
+FIELD_STRUCT(GateWormhole, GATE_WORMHOLE_FIELDS);
+FIELD_STRUCT(GateBlackHole, GATE_BLACK_HOLE_FIELDS);
 typedef enum { GATE_OUT_FRONT, GATE_OUT_BACK } GateOut;
 typedef enum { GATE_SIDES_BOTH, GATE_SIDES_FRONT } GateSides;
-typedef enum GateKind { GATE_RECT, GATE_POLYGON, GATE_BOX, GATE_SPHERE } GateKind;
+typedef enum GateKind { GATE_RECT, GATE_POLYGON, GATE_BOX, GATE_SPHERE, GATE_WORMHOLE, GATE_BLACK_HOLE } GateKind;
 typedef struct Gate {
   const char *name;
   int32_t kind; // GateKind
@@ -85,6 +100,8 @@ typedef struct Gate {
     GatePolygon polygon;
     GateBox box;
     GateSphere sphere;
+    GateWormhole wormhole;
+    GateBlackHole black_hole;
   };
 } Gate;
 

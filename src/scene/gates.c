@@ -57,18 +57,75 @@ static bool fail_size(const char **field, const char *name, Err *err)
   return err_set(err, ERR_BAD_SCENE, "%s must be larger than 0 in every direction: nothing goes through a gate of no size", name);
 }
 
+// Worm-/black holes lead nowhere but to their other end. Which field says more; NULL: none.
+static const char *ball_leads_field(const Gate *g)
+{
+  const GateCommon *c = &g->common;
+  if (g->kind == GATE_BLACK_HOLE && c->to >= 0) return "to";
+  if (g->kind == GATE_BLACK_HOLE && c->mirror) return "mirror";
+  if (c->back_to >= 0) return "back_to";
+  if (c->to_cell >= 0) return "to_cell";
+  for (int k = 0; k < 3; k++) {
+    if (c->to_translate[k] != 0) return "to_translate";
+    if (c->to_rotate[k] != 0) return "to_rotate";
+  }
+  return c->to_scale != 1 ? "to_scale" : NULL;
+}
+
+static bool ball_check(const Gate *g, const char **field, Err *err)
+{
+  *field = ball_leads_field(g);
+  if (*field)
+    return err_set(err, ERR_BAD_SCENE, g->kind == GATE_WORMHOLE ? "a wormhole leads to another wormhole, named in \"to\", and nowhere else"
+                                                                : "a black hole leads nowhere");
+  if (g->kind == GATE_WORMHOLE) {
+    const GateWormhole *w = &g->wormhole;
+    *field = "throat";
+    if (w->throat >= w->radius)
+      return err_set(err, ERR_BAD_SCENE, "the throat, %g m, must be smaller than the ball of %g m that it is in", (double)w->throat, (double)w->radius);
+    *field = "length";
+    return w->length == 0 || w->lensing > 0 ||
+           err_set(err, ERR_BAD_SCENE, "a wormhole with a tube needs \"lensing\" of more than 0 m, how softly the tube widens");
+  }
+  const GateBlackHole *h = &g->black_hole;
+  *field = "horizon";
+  if (2 * h->horizon > h->radius)
+    return err_set(err, ERR_BAD_SCENE, "a horizon of %g m needs a ball of at least %g m, with room for light to circle", (double)h->horizon, 2 * (double)h->horizon);
+  if (h->disk_outer == 0) return true;
+  *field = "disk_inner";
+  if (h->disk_inner <= 1.5f * h->horizon)
+    return err_set(err, ERR_BAD_SCENE, "nothing circles a horizon of %g m nearer than %g m", (double)h->horizon, 1.5 * (double)h->horizon);
+  *field = "disk_outer";
+  return (h->disk_inner < h->disk_outer && h->disk_outer <= h->radius) ||
+         err_set(err, ERR_BAD_SCENE, "the disk must end between its beginning, %g m, and the ball's surface, %g m", (double)h->disk_inner, (double)h->radius);
+}
+
+static const char *gate_kind_name(const Gate *g)
+{
+  switch ((GateKind)g->kind) {
+  case GATE_RECT: return "rect";
+  case GATE_POLYGON: return "polygon";
+  case GATE_BOX: return "box";
+  case GATE_SPHERE: return "sphere";
+  case GATE_WORMHOLE: return "wormhole";
+  case GATE_BLACK_HOLE: return "black hole";
+  }
+  unreachable();
+}
+
 bool gate_check(const Gate *g, const char **field, Err *err)
 {
   *field = "wall";
   if (g->common.wall && !gate_is_flat(g))
-    return err_set(err, ERR_BAD_SCENE, "only a flat gate, rect or polygon, can be a wall; a %s has a cell on both sides",
-                   g->kind == GATE_BOX ? "box" : "sphere");
+    return err_set(err, ERR_BAD_SCENE, "only a flat gate, rect or polygon, can be a wall; a %s has a cell on both sides", gate_kind_name(g));
   switch ((GateKind)g->kind) {
   case GATE_RECT:
     return (g->rect.size[0] > 0 && g->rect.size[1] > 0) || fail_size(field, "size", err);
   case GATE_BOX:
     return (g->box.size[0] > 0 && g->box.size[1] > 0 && g->box.size[2] > 0) || fail_size(field, "size", err);
   case GATE_SPHERE: return g->sphere.radius > 0 || fail_size(field, "radius", err);
+  case GATE_WORMHOLE:
+  case GATE_BLACK_HOLE: return ball_check(g, field, err);
   case GATE_POLYGON:
     *field = "points";
     if (!g->polygon.points) return err_set(err, ERR_BAD_SCENE, "a gate of kind \"polygon\" needs \"points\", its corners");
@@ -96,6 +153,8 @@ static int lengths_of(const Gate *g, bool is_mirrored, float out[2 * MOST_POINTS
   case GATE_RECT: memcpy(out, g->rect.size, sizeof g->rect.size); return 2;
   case GATE_BOX: memcpy(out, g->box.size, sizeof g->box.size); return 3;
   case GATE_SPHERE: out[0] = g->sphere.radius; return 1;
+  case GATE_WORMHOLE: memcpy(out, &g->wormhole, sizeof g->wormhole); return 4;
+  case GATE_BLACK_HOLE: out[0] = g->black_hole.radius; return 1;
   case GATE_POLYGON: {
     // Through a mirror (or out of the front) x is turned round, so corners come in the other order: from the first, back.
     const Points *p = g->polygon.points;
@@ -218,9 +277,39 @@ static bool link_door(Linker *l, int32_t to)
   return put_link(l, l->gate_i, FRONT, &there) && (a->common.one_way || put_link(l, to, FRONT, &back));
 }
 
+// --- balls that bend light ---------------------------------------------------------------------------
+static bool check_flat(Linker *l, const Gate *g)
+{
+  if (!is_curved(l->scene, g->common.cell)) return true;
+  l->field = "cell";
+  return err_set(l->err, ERR_BAD_SCENE, "gate \"%s\" is a %s, which only flat cells have", g->name, gate_kind_name(g));
+}
+
+static bool link_wormhole(Linker *l, int32_t to)
+{
+  const Gate *a = &l->scene->gates.items[l->gate_i], *b = &l->scene->gates.items[to];
+  if (!check_flat(l, a) || !check_flat(l, b)) return false;
+  if (a->kind != b->kind || fabsf(ratio_of(a, b, false) - 1) > 1e-3f)
+    return err_set(l->err, ERR_BAD_SCENE, "gate \"%s\" leads to \"%s\", whose %s; both ends of a wormhole are alike in radius, throat, length "
+                   "and lensing", a->name, b->name, a->kind != b->kind ? "kind is another" : "measures are others");
+  Frame map = frame_identity(); // says whether it mirrors, no more
+  if (a->common.mirror) map.x = -map.x;
+  const GateLink there = {true, b->common.cell, to, FRONT, map}, back = {true, a->common.cell, l->gate_i, FRONT, map};
+  return put_link(l, l->gate_i, FRONT, &there) && (a->common.one_way || put_link(l, to, FRONT, &back));
+}
+
+// What comes out of it comes out where it went in.
+static bool link_black_hole(Linker *l)
+{
+  const Gate *g = &l->scene->gates.items[l->gate_i];
+  const GateLink link = {true, g->common.cell, l->gate_i, FRONT, frame_identity()};
+  return check_flat(l, g) && put_link(l, l->gate_i, FRONT, &link);
+}
+
 static bool link_pair(Linker *l, int32_t to, bool has_front, bool has_back)
 {
   const Gate *g = &l->scene->gates.items[l->gate_i];
+  if (g->kind == GATE_WORMHOLE) return link_wormhole(l, to);
   const bool turns = gate_is_flat(g) && g->common.out == GATE_OUT_FRONT;
   if (is_curved(l->scene, g->common.cell) || is_curved(l->scene, l->scene->gates.items[to].common.cell)) return link_door(l, to);
   return (!has_front || link_side(l, l->gate_i, FRONT, to, turns ? FRONT : BACK)) &&
@@ -262,6 +351,7 @@ static bool link_place(Linker *l)
 static bool link_gate(Linker *l)
 {
   const GateCommon *c = &l->scene->gates.items[l->gate_i].common;
+  if (l->scene->gates.items[l->gate_i].kind == GATE_BLACK_HOLE) return link_black_hole(l);
   l->field = "to";
   if (c->to >= 0) {
     if (is_placed(c)) {

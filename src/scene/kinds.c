@@ -66,6 +66,12 @@ static const Field gate_box_fields[] = {GATE_BOX_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER GateSphere
 static const Field gate_sphere_fields[] = {GATE_SPHERE_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER GateWormhole
+static const Field gate_wormhole_fields[] = {GATE_WORMHOLE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
+#define FIELD_OWNER GateBlackHole
+static const Field gate_black_hole_fields[] = {GATE_BLACK_HOLE_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER LightCommon
 static const Field light_fields[] = {LIGHT_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -282,6 +288,8 @@ static const Kind gate_kinds[] = {
     KIND("polygon", gate_polygon_fields, "A flat outline of straight sides."),
     KIND("box", gate_box_fields, "All six sides of a box: its inside lies elsewhere."),
     KIND("sphere", gate_sphere_fields, "A ball whose inside lies elsewhere."),
+    KIND("wormhole", gate_wormhole_fields, "A ball in flat space through which one comes out of another, and sees all of what is around that."),
+    KIND("black_hole", gate_black_hole_fields, "A ball in flat space with a black hole in its middle, and matter that falls into it. Leads nowhere."),
 };
 static const Kind texture_kinds[] = {
     KIND("image", texture_image_fields, "A picture file."),

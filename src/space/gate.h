@@ -10,6 +10,7 @@
 #define RAYFOLD_SPACE_GATE_H
 
 #include "base/ray.h"
+#include "space/ball.h"
 #include "space/chart.h"
 
 #define NO_CELL UINT32_MAX
@@ -28,6 +29,9 @@ typedef struct GateCurve {
   bool is_door;
   float radius_to;
   Mat4_f map_to;
+  // Of a ball that bends light, in flat cells: what it does, in charts as those of doors, and the way back out of it.
+  const Ball *ball;
+  Mat4_f back;
 } GateCurve;
 
 // Where one side leads.

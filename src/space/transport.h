@@ -26,7 +26,8 @@ typedef struct Way {
   uint16_t crossings;
   bool is_within;  // `from` is closed, and the ray is within
   bool is_moved;   // some gate had a map that is not the identity
-  bool is_lost;    // it went through as many as it may, and ends there
+  bool is_lost;    // it went through as many as it may, and ends there; or in a ball:
+  uint32_t ended;  // 1 + the gate in whose ball it ended, before which the ray still is; 0: in none
 } Way;
 
 // All gates of a world, and for each cell which of them are its walls.
@@ -93,29 +94,62 @@ static inline void way_curve(const GateCurve *c, Way *w, float t, Ray *ray)
   ray->tmin = 0;
 }
 
-// Takes the ray, whose direction has unit length, through a side of a gate that it meets at t.
-static inline void way_cross(const Space *s, Way *w, uint32_t gate, int side, float t, Ray *ray)
+// Into a ball that bends light, where lengths do not count.
+static inline BallEnd way_ball(const GateCurve *c, float t, Ray *ray)
+{
+  Vec3 p = ray->o + t * ray->d, v = ray->d;
+  chart_map(0, &c->map, &p, &v);
+  const BallEnd end = ball_go(c->ball, &p, &v);
+  if (end == BALL_ENDED) return end;
+  chart_map(0, end == BALL_PASSED ? &c->map_to : &c->back, &p, &v);
+  const Vec3 d = v3_normalize(v);
+  *ray = (Ray){p - t * d, d, t, ray->tmax};
+  return end;
+}
+
+// What is seen along a way that ended in a ball, its ray at p.
+static inline Vec3 way_ball_light(const Space *s, const Way *w, Vec3 p, Vec3 d)
+{
+  const GateCurve *c = s->gates[w->ended - 1].side[GATE_FRONT].curve;
+  chart_map(0, &c->map, &p, &d);
+  return ball_light(c->ball, p, d);
+}
+
+static inline void way_scale(Way *w, float scale, Ray *ray)
+{
+  ray->tmin *= scale;
+  ray->tmax *= scale;
+  w->scale *= scale;
+  w->passed *= scale;
+}
+
+// Takes the ray, whose direction has unit length, through a side of a gate that it meets at t. False: it ended there.
+static inline bool way_cross(const Space *s, Way *w, uint32_t gate, int side, float t, Ray *ray)
 {
   const GateSide *to = &s->gates[gate].side[side];
-  if (to->curve) {
-    way_curve(to->curve, w, t, ray);
-  } else {
+  BallEnd end = BALL_PASSED;
+  if (!to->curve) {
     ray->o = frame_point(&to->map, ray->o);
     ray->tmin = t;
     if (!to->is_shift) ray->d = v3_normalize(frame_vector(&to->map, ray->d));
+  } else if (to->curve->ball) {
+    end = way_ball(to->curve, t, ray);
+    if (end == BALL_ENDED) {
+      w->is_lost = true;
+      w->ended = 1 + gate;
+      return false;
+    }
+  } else {
+    way_curve(to->curve, w, t, ray);
   }
-  if (to->scale != 1) {
-    ray->tmin *= to->scale;
-    ray->tmax *= to->scale;
-    w->scale *= to->scale;
-    w->passed *= to->scale;
-  }
+  if (to->scale != 1) way_scale(w, to->scale, ray);
   w->word = w->crossings < WORD_GATES ? w->word | (uint64_t)(1 + 2 * gate + (uint32_t)side) << 16 * w->crossings : WORD_LOST;
   w->is_moved |= !to->is_null;
-  w->cell = to->cell;
-  w->from = to->gate;
+  w->cell = end == BALL_TURNED ? s->gates[gate].cell : to->cell;
+  w->from = end == BALL_TURNED ? gate : to->gate;
   w->is_within = to->is_into && to->gate != NO_GATE;
   w->crossings++;
+  return true;
 }
 
 // What length leaves of light: all up to four fifths of `fade`, nothing beyond it, smooth between. 0: no fade.

@@ -123,6 +123,11 @@ static bool add_aperture(Prepare *p, const Gate *g, uint32_t gate_i)
       if (!bend_gate(p, g, &i.world_from_object)) return false;
     }
     return prepare_add_instance(p, &i, &w, -1);
+  case GATE_WORMHOLE:
+  case GATE_BLACK_HOLE:
+    i.kind = INSTANCE_SPHERE;
+    i.size[0] = g->kind == GATE_WORMHOLE ? g->wormhole.radius : g->black_hole.radius;
+    return prepare_add_instance(p, &i, &w, -1);
   case GATE_BOX:
     i.world_from_object.x *= g->box.size[0];
     i.world_from_object.y *= g->box.size[1];
@@ -134,6 +139,19 @@ static bool add_aperture(Prepare *p, const Gate *g, uint32_t gate_i)
     if (m) mesh_data_release(m);
     return ok;
   }
+  }
+  unreachable();
+}
+
+static Aperture aperture_of(const Gate *g)
+{
+  switch ((GateKind)g->kind) {
+  case GATE_RECT: return APERTURE_RECT;
+  case GATE_POLYGON: return APERTURE_POLYGON;
+  case GATE_BOX: return APERTURE_BOX;
+  case GATE_SPHERE:
+  case GATE_WORMHOLE:
+  case GATE_BLACK_HOLE: return APERTURE_SPHERE;
   }
   unreachable();
 }
@@ -158,7 +176,7 @@ static bool fill_gate(Prepare *p, const Gate *g, const GateLink links[2], SpaceG
 {
   const Frame f = gate_frame(g);
   *out = (SpaceGate){.side = {side_of(p->scene, &links[FRONT]), side_of(p->scene, &links[BACK])},
-                     .own_from_cell = frame_inverse(&f), .n = f.z, .c = v3_dot(f.z, f.p), .aperture = (uint8_t)g->kind,
+                     .own_from_cell = frame_inverse(&f), .n = f.z, .c = v3_dot(f.z, f.p), .aperture = (uint8_t)aperture_of(g),
                      .is_wall = g->common.wall, .cell = (uint32_t)(g->common.cell + 1), .instance = NO_HIT};
   switch ((GateKind)g->kind) {
   case GATE_RECT:
@@ -177,6 +195,8 @@ static bool fill_gate(Prepare *p, const Gate *g, const GateLink links[2], SpaceG
     out->own_from_cell = frame_inverse(&bent);
     return true;
   }
+  case GATE_WORMHOLE:
+  case GATE_BLACK_HOLE: return prepare_ball(p, g, &links[FRONT], out);
   case GATE_POLYGON: {
     const Points *from = g->polygon.points;
     float *xy = arena_alloc(&p->world->arena, 2 * (size_t)from->count, sizeof *xy);

@@ -3,6 +3,7 @@
 #ifndef RAYFOLD_WORLD_PREPARE_H
 #define RAYFOLD_WORLD_PREPARE_H
 
+#include "scene/gates.h"
 #include "world/bend.h"
 #include "world/parts.h"
 #include "world/world.h"
@@ -116,6 +117,8 @@ bool prepare_light_set(Prepare *p); // after it
 // Cells and gates, before and after all objects.
 bool prepare_cells(Prepare *p);
 bool prepare_gates(Prepare *p);
+// A worm- or black hole whose front leads on by `link`: its size, and what it does to light.
+bool prepare_ball(Prepare *p, const Gate *g, const GateLink *link, SpaceGate *out);
 size_t prepare_form_faces(const Prepare *p); // at most so many walls of cells that are finite spaces,
 bool prepare_forms(Prepare *p, SpaceGate *gates, size_t *count); // which are appended
 MeshData *prepare_unit_box(Prepare *p); // of the parts; NULL when memory is out
