@@ -80,7 +80,7 @@ FIELD_STRUCT(GateCommon, GATE_FIELDS);
   F(color, caught, (0, 0, 0), 0, NO_LIMIT, "W/m2sr", "What is seen in place of light that falls in.")               \
   F(real,  disk_inner, 0.3, 1e-6, NO_LIMIT, "m", "Where the disk of hot matter about its y axis begins: more than 1.5 horizons; 3 are natural.") \
   F(real,  disk_outer, 0, 0, NO_LIMIT, "m", "Where it ends, at most at the ball's surface; 0: there is no disk.")   \
-  F(real,  disk_temperature, 4500, 1000, 40000, "K", "Where it is hottest, at 1.36 of its beginning.")              \
+  F(real,  disk_temperature, 4500, 1, 40000, "K", "Where it is hottest, 1.36 times as far out as it begins; its colour.")              \
   F(real,  disk_gain, 1, 0, NO_LIMIT, "W/m2sr", "Its radiance there, before motion and gravity change it by the fourth power of the shift.")
 FIELD_STRUCT(GateRect, GATE_RECT_FIELDS);
 FIELD_STRUCT(GatePolygon, GATE_POLYGON_FIELDS);

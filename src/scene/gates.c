@@ -125,7 +125,7 @@ bool gate_check(const Gate *g, const char **field, Err *err)
     return (g->box.size[0] > 0 && g->box.size[1] > 0 && g->box.size[2] > 0) || fail_size(field, "size", err);
   case GATE_SPHERE: return g->sphere.radius > 0 || fail_size(field, "radius", err);
   case GATE_WORMHOLE:
-  case GATE_BLACK_HOLE: return ball_check(g, field, err);
+  case GATE_BLACK_HOLE: return true; // their measures go together, so edits one by one may not fit for a while: ball_check()
   case GATE_POLYGON:
     *field = "points";
     if (!g->polygon.points) return err_set(err, ERR_BAD_SCENE, "a gate of kind \"polygon\" needs \"points\", its corners");
@@ -351,7 +351,9 @@ static bool link_place(Linker *l)
 static bool link_gate(Linker *l)
 {
   const GateCommon *c = &l->scene->gates.items[l->gate_i].common;
-  if (l->scene->gates.items[l->gate_i].kind == GATE_BLACK_HOLE) return link_black_hole(l);
+  const Gate *g = &l->scene->gates.items[l->gate_i];
+  if ((g->kind == GATE_WORMHOLE || g->kind == GATE_BLACK_HOLE) && !ball_check(g, &l->field, l->err)) return false;
+  if (g->kind == GATE_BLACK_HOLE) return link_black_hole(l);
   l->field = "to";
   if (c->to >= 0) {
     if (is_placed(c)) {
