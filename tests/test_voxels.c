@@ -344,6 +344,45 @@ TEST(all_walks_and_levels_agree)
   voxels_release(v);
 }
 
+// Rays by many in lanes find what one by one finds, at every level, whatever the rays: also such whose reciprocals are
+// next to nothing, from far away, with ends in the grid, and from within what is filled.
+TEST(lanes_find_what_single_walks_find)
+{
+  enum { MANY = 64 };
+  static const int32_t sizes[3][3] = {{19, 24, 33}, {130, 70, 200}, {90, 64, 129}};
+  PackedRay rays[MANY];
+  Hit hits[MANY], single[MANY];
+  uint8_t blocked[MANY];
+  RayCounters unused = {0};
+  const int rounds = (int)((TEST_IS_SLOW ? 40 : 300) * fmin(test_intensity(), 100));
+  for (int kind = 0; kind < 3; kind++) {
+    Voxels *v = sample_grid(sizes[kind], kind);
+    static const uint8_t matter[5] = {0, 1, 2, 2, 3};
+    const VoxelBody body = {v, kind == 1 ? matter : NULL};
+    const Instance in = placed_grid(&body, frame_identity());
+    Accel *a = accel_build(&in, 1, NULL, NULL, NULL);
+    int wrong = 0, met = 0;
+    for (int r = 0; r < rounds; r++) {
+      for (int i = 0; i < MANY; i++) {
+        float o[3], d[3];
+        nasty_ray(v, r * MANY + i, o, d);
+        const float size = r % 5 == 1 ? 0x1p100f : r % 5 == 2 ? 1e-20f : 1;
+        const Ray ray = {v3_load(o), v3_load(d) * size, i % 29 == 1 ? rnd() * 20 / size : 0, i % 31 == 2 ? 40 * rnd() / size : INFINITY};
+        rays[i] = ray_pack(&ray);
+        met += accel_closest(a, &ray, RAY_ALL, NULL, NULL, &unused, &single[i]);
+      }
+      for (IsaLevel level = ISA_REF; level <= cpu_best_isa(); level++) {
+        hot_table(level)->closest_n(a, rays, hits, MANY);
+        hot_table(level)->any_n(a, rays, blocked, MANY);
+        for (int i = 0; i < MANY; i++) wrong += memcmp(&hits[i], &single[i], 20) != 0 || blocked[i] != (single[i].instance != NO_HIT);
+      }
+    }
+    CHECK_MSG(wrong == 0 && met > rounds * MANY / 8, "grid %d: %d differ, %d met", kind, wrong, met);
+    accel_destroy(a);
+    voxels_release(v);
+  }
+}
+
 // Points lie on their faces, normals are those of the faces, and what leaves a face outwards does not meet it again, nor
 // the neighbours it touches; what goes inwards meets the other side.
 TEST(points_are_on_faces_and_left_for_good)

@@ -223,15 +223,6 @@ static inline bool voxels_take(void *user, const VoxelCrossing *c)
   return take_hit(q, v, &hit);
 }
 
-// As voxels_closest(), of a ray that meets nothing before t = from, which may be below its tmin.
-static inline bool voxels_closest_from(Query *q, const Visit *v, float from)
-{
-  CrossingTaker taker = {q, v};
-  const bool is_clear = from > v->ray->tmin;
-  return voxel_walk_from(v->instance->voxels, v->ray->o, v->ray->d, is_clear ? from : v->ray->tmin, is_clear, q->best.t,
-                         voxels_take, &taker);
-}
-
 static inline bool voxels_closest(Query *q, const Visit *v)
 {
   CrossingTaker taker = {q, v};

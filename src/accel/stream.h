@@ -376,45 +376,106 @@ static inline void stream_mesh(Stream *s, const Visit *v, RaySet *rays, uint64_t
   }
 }
 
-// Rays that go alike skip together what is empty before them.
-static inline void stream_voxels(Stream *s, RaySet *world, const Visit *v, uint64_t set)
+// The rays of the set in the grid's space, in its lanes; those among them that are rays there.
+static inline uint64_t voxel_rays_place(const Stream *s, const RaySet *world, const Instance *in, uint64_t set, VoxelRays *out)
 {
-  enum { BEAM_LEAST = 8 }; // rays
-  const Instance *in = v->instance;
-  TreeRay placed[SET_SIZE];
-  VoxelBeam beam = {0};
-  int32_t plane = 0;
-  s->prims += (uint64_t)__builtin_popcountll(set);
   uint64_t ready = 0;
   for (uint64_t left = set; left; left &= left - 1) {
     const int i = __builtin_ctzll(left);
     const PackedRay *r = &s->batch->rays[s->first + (size_t)i];
-    const Vec3 o = v3_load(r->o), d = v3_load(r->d);
-    if (in->is_identity ? !tree_ray_place(&placed[i], o, d, world->tmin[i])
-                        : !tree_ray_place(&placed[i], frame_point(&in->object_from_world, o), frame_vector(&in->object_from_world, d),
-                                          world->tmin[i]))
-      continue;
-    if (!ready) beam = voxel_beam_begin(&placed[i]);
-    voxel_beam_add(&beam, &placed[i]);
-    ready |= left & -left;
+    Vec3 o = v3_load(r->o), d = v3_load(r->d);
+    TreeRay placed;
+    if (!in->is_identity) o = frame_point(&in->object_from_world, o), d = frame_vector(&in->object_from_world, d);
+    if (tree_ray_place(&placed, o, d, world->tmin[i])) ready |= left & -left;
+    for (int k = 0; k < 3; k++) {
+      out->o[k][i] = placed.o[k];
+      out->d[k][i] = placed.d[k];
+    }
+    out->from[i] = placed.tmin;
   }
-  const bool is_beam = beam.is_one && __builtin_popcountll(ready) >= BEAM_LEAST;
-  if (is_beam) { // one visit for all
-    s->visits++;
-    s->nodes += (uint64_t)__builtin_popcountll(ready);
-    if (!voxel_beam_start(in->voxels->grid, &beam, &plane)) return;
-  }
-  for (uint64_t left = ready; left; left &= left - 1) {
+  return ready;
+}
+
+// Rays that go alike skip together what is empty before them. False: there is nothing else.
+static inline bool stream_voxel_beam(const Voxels *grid, VoxelRays *rays, uint64_t set)
+{
+  enum { BEAM_LEAST = 8 }; // rays
+  int32_t plane;
+  if (__builtin_popcountll(set) < BEAM_LEAST) return true;
+  const VoxelBeam beam = voxel_beam(rays, set);
+  if (!beam.is_one) return true;
+  if (!voxel_beam_start(grid, &beam, &plane)) return false;
+  for (uint64_t left = set; left; left &= left - 1) {
     const int i = __builtin_ctzll(left);
-    RayCounters unused = {0};
-    Ray ray;
-    Query q = stream_query(s, i, &unused, &ray);
-    Visit own = *v;
-    own.ray = &placed[i];
-    own.near = s->near[i];
-    const float from = is_beam ? ((float)plane - placed[i].o[beam.axis]) * (1 / placed[i].d[beam.axis]) : 0;
-    if (is_beam ? voxels_closest_from(&q, &own, from) : voxels_closest(&q, &own)) stream_take(s, i, &q.best);
+    const float from = ((float)plane - rays->o[beam.axis][i]) * (1 / rays->d[beam.axis][i]);
+    if (!(from > rays->from[i])) continue;
+    rays->from[i] = from;
+    rays->is_clear |= left & -left;
   }
+  return true;
+}
+
+// All that a ray meets, one by one.
+static inline void stream_voxel(Stream *s, const Visit *v, const RaySet *world, const VoxelRays *rays, int i)
+{
+  RayCounters unused = {0};
+  Ray ray;
+  TreeRay placed;
+  Query q = stream_query(s, i, &unused, &ray);
+  Visit own = *v;
+  for (int k = 0; k < 3; k++) {
+    placed.o[k] = rays->o[k][i];
+    placed.d[k] = rays->d[k][i];
+  }
+  placed.tmin = max_f(world->tmin[i], 0);
+  own.ray = &placed;
+  own.near = s->near[i];
+  if (voxels_closest(&q, &own)) stream_take(s, i, &q.best);
+}
+
+// A group's first crossings that are better hits than their rays have: what voxels_take() does, in lanes. Rays that it
+// does not decide about are left: those which begin in a filled cell, and ties.
+static inline uint64_t stream_voxel_hits(Stream *s, const Visit *v, const VoxelRays *rays, int g)
+{
+  const int at = g * WIDEST;
+  const unsigned met = group_bits(rays->met, g);
+  const wx t = wx_max(wx_load(rays->t + at), wx_load(s->near + at)), best = wx_load(s->t + at);
+  const unsigned hits = wx_lt(t, best) & met;
+  wx hit_u = wx_set(0), hit_v = hit_u;
+  if (!s->is_any) voxel_rays_uv(rays, g, &hit_u, &hit_v);
+  wx_put(s->t + at, hits, t);
+  wx_put(s->u + at, hits, hit_u);
+  wx_put(s->v + at, hits, hit_v);
+  wx_put_int(s->instance + at, hits, v->instance_i);
+  s->found |= (uint64_t)hits << at;
+  for (unsigned left = s->is_any ? 0 : hits; left; left &= left - 1) {
+    const int i = at + __builtin_ctz(left);
+    const VoxelCrossing c = voxel_rays_crossing(rays, i);
+    s->prim[i] = voxel_prim(v->instance->voxels->grid, &c);
+  }
+  return (uint64_t)(wx_eq(t, best) & met) << at;
+}
+
+static inline void stream_voxels(Stream *s, RaySet *world, const Visit *v, uint64_t set)
+{
+  VoxelRays rays;
+  const Voxels *grid = v->instance->voxels->grid;
+  voxel_rays_begin(&rays);
+  s->visits++; // one for all
+  s->nodes += (uint64_t)__builtin_popcountll(set);
+  s->prims += (uint64_t)__builtin_popcountll(set);
+  set = voxel_rays_place(s, world, v->instance, set, &rays);
+  if (!set || !stream_voxel_beam(grid, &rays, set)) return;
+  for (int g = 0; g < SET_GROUPS; g++) {
+    const unsigned asked = group_bits(set, g);
+    if (asked) voxel_rays_walk(grid, &rays, g, s->t + g * WIDEST, asked);
+  }
+  uint64_t rest = rays.unknown;
+  if (v->instance->has_filter && s->batch->filter) rest |= rays.met;
+  else
+    for (int g = 0; g < SET_GROUPS; g++)
+      if (group_bits(rays.met, g)) rest |= stream_voxel_hits(s, v, &rays, g);
+  for (; rest; rest &= rest - 1) stream_voxel(s, v, world, &rays, __builtin_ctzll(rest));
 }
 
 static inline void stream_shape(Stream *s, RaySet *world, const Visit *v, uint64_t set)

@@ -7,7 +7,7 @@
 #ifndef RAYFOLD_GEOM_VOXEL_BEAM_H
 #define RAYFOLD_GEOM_VOXEL_BEAM_H
 
-#include "geom/voxel_walk.h"
+#include "geom/voxel_lanes.h"
 
 // Origins, and slopes of all other coordinates by the main one, as least and greatest.
 typedef struct VoxelBeam {
@@ -16,24 +16,38 @@ typedef struct VoxelBeam {
   bool is_one; // all rays run along the axis the same way, none of them far from it
 } VoxelBeam;
 
-static inline VoxelBeam voxel_beam_begin(const TreeRay *first)
+static inline unsigned voxel_beam_group(uint64_t set, int g) { return (unsigned)(set >> g * WIDEST) & WIDEST_BITS; }
+
+// Of rays of a set, least and greatest.
+static inline void voxel_beam_ends(wx x, unsigned asked, float *lo, float *hi)
 {
-  const float x = fabsf(first->d[0]), y = fabsf(first->d[1]), z = fabsf(first->d[2]);
-  const int axis = x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
-  const Vec3 o = v3_load(first->o), slope = v3_load(first->d) / first->d[axis];
-  return (VoxelBeam){axis, first->d[axis] > 0 ? 1 : -1, o, o, slope, slope, true};
+  *lo = min_f(*lo, wx_least(wx_choose(asked, x, wx_set(FLT_MAX))));
+  *hi = max_f(*hi, wx_most(wx_choose(asked, x, wx_set(-FLT_MAX))));
 }
 
-static inline void voxel_beam_add(VoxelBeam *b, const TreeRay *r)
+// Of all rays of a set that is not empty.
+static inline VoxelBeam voxel_beam(const VoxelRays *r, uint64_t set)
 {
-  const float main = r->d[b->axis];
-  const Vec3 d = v3_load(r->d), slope = d / main, o = v3_load(r->o);
-  // A slope above 2 in size would make rectangles large; this also turns away rays that do not move along the axis.
-  b->is_one &= (main > 0) == (b->step > 0) && main != 0 && fabsf(slope[0]) <= 2 && fabsf(slope[1]) <= 2 && fabsf(slope[2]) <= 2;
-  b->o_lo = lanes_min(o, b->o_lo);
-  b->o_hi = lanes_max(o, b->o_hi);
-  b->slope_lo = lanes_min(slope, b->slope_lo);
-  b->slope_hi = lanes_max(slope, b->slope_hi);
+  const int first = __builtin_ctzll(set);
+  const float d[3] = {r->d[0][first], r->d[1][first], r->d[2][first]}, x = fabsf(d[0]), y = fabsf(d[1]), z = fabsf(d[2]);
+  const int axis = x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
+  float ends[4][3]; // of origins and slopes
+  unsigned astray = 0;
+  for (int k = 0; k < 3; k++) ends[0][k] = ends[2][k] = FLT_MAX, ends[1][k] = ends[3][k] = -FLT_MAX;
+  for (int g = 0; g < VOXEL_RAYS / WIDEST; g++) {
+    const unsigned asked = voxel_beam_group(set, g);
+    if (!asked) continue;
+    const wx main = wx_load(r->d[axis] + g * WIDEST);
+    astray |= asked & ~wx_lt(wx_set(0), d[axis] > 0 ? main : -main);
+    for (int k = 0; k < 3; k++) {
+      const wx slope = wx_load(r->d[k] + g * WIDEST) / main;
+      // A slope above 2 in size would make rectangles large; this also turns away rays that do not move along the axis.
+      astray |= asked & ~wx_le(wx_abs(slope), wx_set(2));
+      voxel_beam_ends(wx_load(r->o[k] + g * WIDEST), asked, &ends[0][k], &ends[1][k]);
+      voxel_beam_ends(slope, asked, &ends[2][k], &ends[3][k]);
+    }
+  }
+  return (VoxelBeam){axis, d[axis] > 0 ? 1 : -1, v3_load(ends[0]), v3_load(ends[1]), v3_load(ends[2]), v3_load(ends[3]), !astray};
 }
 
 static inline bool voxel_brick_is_filled(const Voxels *v, const int32_t brick[3])
@@ -41,7 +55,7 @@ static inline bool voxel_brick_is_filled(const Voxels *v, const int32_t brick[3]
   const VoxelNode *n = voxels_node(v, 8 * (uint32_t)brick[0], 8 * (uint32_t)brick[1], 8 * (uint32_t)brick[2]);
   if (!n) return false;
   const uint32_t word = (uint32_t)brick[2] & 7, bit = ((uint32_t)brick[0] & 7) | ((uint32_t)brick[1] & 7) << 3;
-  return (n->some[word] | n->full[word]) >> bit & 1;
+  return n->any[word] >> bit & 1;
 }
 
 // Widens lo..hi by where the rays are when they cross a plane of the axis.

@@ -245,10 +245,9 @@ static inline bool voxel_clip(const Voxels *v, const VoxelLine *l, float tmin, f
   return *t <= end;
 }
 
-// All surfaces that the line meets with tmin < t <= tmax, in order, until one is taken. True if one was. is_clear: what
-// tmin lies in is known to be empty.
-static inline bool voxel_walk_from(const VoxelBody *body, const float o[3], const float d[3], float tmin, bool is_clear,
-                                   float tmax, VoxelTake *takes, void *user)
+// All surfaces that the line meets with tmin < t <= tmax, in order, until one is taken. True if one was.
+static inline bool voxel_walk(const VoxelBody *body, const float o[3], const float d[3], float tmin, float tmax,
+                              VoxelTake *takes, void *user)
 {
   const Voxels *v = body->grid;
   static const int32_t origin[3] = {0, 0, 0};
@@ -257,7 +256,7 @@ static inline bool voxel_walk_from(const VoxelBody *body, const float o[3], cons
   VoxelLevel root;
   if (!voxel_clip(v, &line, tmin, &w.t, &w.axis, &w.limit)) return false;
   voxel_enter(&root, &line, origin, 6, v->nodes_size, w.t, w.axis);
-  if (w.t == tmin && !is_clear) { // it begins in this cell; what is there is not met
+  if (w.t == tmin) { // it begins in this cell; what is there is not met
     int32_t cell[3];
     for (int k = 0; k < 3; k++) cell[k] = voxel_block_at(&line, k, 0, 0, v->size[k], w.t, w.axis);
     w.matter = voxel_matter(body, voxels_entry(v, cell[0], cell[1], cell[2]));
@@ -281,12 +280,6 @@ static inline bool voxel_walk_from(const VoxelBody *body, const float o[3], cons
     voxel_cell_in(&w, last, 6, cell);
     return voxel_meet(&w, 0, cell);
   }
-}
-
-static inline bool voxel_walk(const VoxelBody *body, const float o[3], const float d[3], float tmin, float tmax,
-                              VoxelTake *takes, void *user)
-{
-  return voxel_walk_from(body, o, d, tmin, false, tmax, takes, user);
 }
 
 // Where on a face a crossing is, 0 to 1: u runs to the right and v up as one looks at the face, and up is y on the four

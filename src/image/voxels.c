@@ -568,6 +568,7 @@ static VoxelNode *node_create(const Packing *p, const PackedNode *from)
   n->full_count = from->full_count;
   memcpy(n->some, from->some, sizeof n->some);
   memcpy(n->full, from->full, sizeof n->full);
+  for (int w = 0; w < 8; w++) n->any[w] = n->some[w] | n->full[w];
   n->masks = (const uint64_t(*)[8])(void *)memcpy(to, p->masks, masks);
   n->at = memcpy(to + masks, p->at, at);
   n->full_ids = memcpy(to + masks + at, p->full_ids, ids);

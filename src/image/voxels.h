@@ -5,6 +5,7 @@
 //   Voxels -> nodes[]          64^3 cells each, NULL where all is empty; shared between successive Voxels
 //     VoxelNode                one block of memory
 //       some[8], full[8]       of its 8^3 bricks: those with a shape of their own, those filled with one entry
+//       any[8]                 either
 //       masks[]                one a brick in `some`: which of its 8^3 cells are filled
 //       at[], data[]           one a brick: where its entries are: a list of those it has, and for each filled cell
 //                              0, 1, 2, 4 or 8 bits that say which; or 16 bits of the entry itself
@@ -58,7 +59,7 @@ typedef struct VoxelNode {
   uint32_t size;                           // bytes of the whole block
   uint32_t brick_count, full_count;
   uint32_t cell_count;                     // filled
-  uint64_t some[8], full[8];
+  uint64_t some[8], full[8], any[8];
   uint16_t some_before[8], full_before[8]; // bits set in words before
   uint8_t lo[3], hi[3];                    // of what is filled: first cells, last cells
   const uint64_t (*masks)[8];              // all four point into the block
@@ -96,7 +97,7 @@ static inline uint32_t voxel_brick_entry(const VoxelNode *n, uint32_t rank, uint
   if (at & VOXEL_UNIFORM) return at & 0xffff;
   const uint64_t *mask = n->masks[rank];
   uint32_t i = (uint32_t)__builtin_popcountll(mask[cell >> 6] & ((1ull << (cell & 63)) - 1));
-  for (uint32_t z = 0; z < cell >> 6; z++) i += (uint32_t)__builtin_popcountll(mask[z]);
+  for (uint32_t z = 0; z < 7; z++) i += (uint32_t)__builtin_popcountll(z < cell >> 6 ? mask[z] : 0); // no branches
   const uint8_t *d = n->data + 2 * (size_t)at;
   const uint32_t bits = d[0], count = d[1] + 1u;
   uint16_t id;
