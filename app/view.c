@@ -141,6 +141,10 @@ void view_show(View *v)
     v->note.until = 0;
     v->is_dirty = true;
   }
+  if (v->caption.until > 0 && v->clock >= v->caption.until) {
+    v->caption.until = 0;
+    v->is_dirty = true;
+  }
   if (!v->is_dirty || !make_canvas(v)) return;
   lay_frame(v);
   hud_draw(v);
@@ -166,8 +170,11 @@ static double time_to_wait(View *v)
     if (pad[i] != 0) return TURN_SECONDS;
   if (is_held(v) || v->walker.stop_count || (v->walker.on_foot && !v->walker.stands)) return TURN_SECONDS;
   if (v->walker.on_foot || v->shot.is_running) return 0.05;
-  const double note = v->note.until - v->clock;
-  return note > 0 && note < IDLE_SECONDS ? note + 0.001 : IDLE_SECONDS;
+  double wait = IDLE_SECONDS;
+  const double ends[2] = {v->note.until - v->clock, v->caption.until - v->clock};
+  for (int i = 0; i < 2; i++)
+    if (ends[i] > 0 && ends[i] < wait) wait = ends[i] + 0.001;
+  return wait;
 }
 
 static void messages(View *v)
@@ -293,6 +300,7 @@ static ExitCode run_view(const Args *args)
   if (v->screen) v->kind->close(v->screen);
   font_close(v->font);
   script_finish(v->script);
+  list_finish(v);
   free(v->pixels);
   const ExitCode code = v->code ? v->code : stdout_finish("the figures");
   free(v);
@@ -301,7 +309,7 @@ static ExitCode run_view(const Args *args)
 
 const Command command_view = {
     .name = "view",
-    .sentence = "Open a window into a scene or model: fly or walk through it, pick objects and change them. F1 shows the keys.",
+    .sentence = "Open a window into a scene or model, or the first of a folder: fly or walk through it, pick objects and change them. F1 shows the keys.",
     .operands = "SCENE",
     .least = 1,
     .most = 1,
@@ -313,7 +321,7 @@ const Command command_view = {
             "frame N: go on N frames. settle: until the picture is finished. key K, down K, up K: a key, as w, f1, ctrl+z, "
             "space. mouse X Y; press B, release B: left, middle or right. wheel N. resize W H. drop FILE. save FILE: what "
             "is shown, as a picture. hash: prints that of what is shown. copy FROM TO: a file over another. quit.\n"
-            "expect picked NAME, value PATH JSON, note TEXT, proof TEXT, view NAME, samples N, size W H, file PATH, eye X Y Z NEAR: "
+            "expect picked NAME, value PATH JSON, note TEXT, proof TEXT, caption TEXT, view NAME, samples N, size W H, file PATH, eye X Y Z NEAR: "
             "ends with code 65 and a message where it is otherwise.",
     .example = "rayfold view scenes/showcase.json",
     .options = view_options,

@@ -38,6 +38,20 @@ typedef struct Note { // a line at the bottom of the window
   bool is_bad;
 } Note;
 
+typedef struct Caption { // what the scene says of itself
+  char title[120], text[600];
+  double until; // by the viewer's clock
+} Caption;
+
+enum { MOST_SCENES = 400 };
+
+typedef struct SceneList { // of a folder
+  char folder[1024], *names[MOST_SCENES]; // owned
+  int count, at;                          // at: chosen
+  bool is_open;
+  int x, y, width, row, first, shown; // where rows were drawn last, and from which on
+} SceneList;
+
 typedef struct Stamp { // tells versions of a file apart
   long long seconds, nanoseconds, size;
 } Stamp;
@@ -130,6 +144,8 @@ typedef struct View {
   Brush brush;
   Proof proof;
   Note note;
+  Caption caption;
+  SceneList list;
   Loader loader;
   Shot shot;
   bool down[KEY_COUNT];
@@ -156,6 +172,15 @@ void view_check_file(View *v);                   // takes over what was loaded; 
 void view_save(View *v);
 void view_close_file(View *v);
 bool scene_take(View *v, double seconds, rf_scene **out); // rf_live_borrow() with a note when it is busy
+
+// view_list.c: the scenes of a folder, and what each says of itself
+void list_step(View *v, int step); // opens the next, the one before
+void list_toggle(View *v);
+bool list_key(View *v, int key);
+bool list_press(View *v, int x, int y);
+bool list_first(const char *folder, char out[1024]); // false: it is no folder, or has none
+void list_finish(View *v);
+void caption_take(View *v, rf_scene *s);
 
 // view_pick.c: the object under the mouse and its values
 void pick_at(View *v, int x, int y);

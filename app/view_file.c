@@ -84,7 +84,9 @@ static void *load_main(void *user)
 void view_open(View *v, const char *path)
 {
   Loader *l = &v->loader;
+  char first[1024];
   if (l->is_running) return; // view_check_file() will see that the file has changed
+  if (list_first(path, first)) path = first;
   snprintf(l->path, sizeof l->path, "%s", path);
   l->is_done = false;
   l->is_other = strcmp(path, v->path) != 0;
@@ -137,6 +139,7 @@ static void show_scene(View *v, rf_scene *s)
   v->stamp = v->loader.stamp;
   v->is_overtaken = v->is_save_warned = false;
   if (v->loader.is_other) walker_set(&v->walker, &eye);
+  caption_take(v, s);
   if (is_first) {
     rf_live_def def = rf_default_live_def();
     def.stepped = v->script;
@@ -153,7 +156,7 @@ static void show_scene(View *v, rf_scene *s)
   pick_clear(v);
   const char *name = strrchr(v->path, '/');
   char title[300];
-  snprintf(title, sizeof title, "%.200s - Rayfold", name ? name + 1 : v->path);
+  snprintf(title, sizeof title, "%.200s - Rayfold", *v->caption.title ? v->caption.title : name ? name + 1 : v->path);
   v->kind->title(v->screen, title);
 }
 

@@ -262,6 +262,70 @@ static void draw_bottom(Canvas *c, const View *v, const char *text, uint32_t col
   text_draw(c, v->font, x + PAD * s, y + 21 * s, TEXT * s, color, line);
 }
 
+// As much of a text as fits into a width, up to a space.
+static size_t line_end(Font *f, float size, const char *text, float most)
+{
+  char line[600];
+  size_t end = 0;
+  for (size_t n = 1; n < sizeof line - 1; n++) {
+    if (text[n] && text[n] != ' ') continue;
+    memcpy(line, text, n);
+    line[n] = 0;
+    if (end && text_width(f, size, line) > most) break;
+    end = n;
+    if (!text[n]) break;
+  }
+  return end;
+}
+
+// What the scene says of itself, above the notes.
+static void draw_caption(Canvas *c, const View *v)
+{
+  enum { LINES = 5 };
+  const Caption *p = &v->caption;
+  const float s = v->scale, most = fminf(560 * s, (float)c->width - 2 * (MARGIN + PAD) * s);
+  char lines[LINES][600];
+  int count = 0;
+  float width = text_width(v->font, TEXT * s, p->title);
+  for (const char *left = p->text; *left && count < LINES; count++) {
+    const size_t n = line_end(v->font, SMALL * s, left, most);
+    snprintf(lines[count], sizeof *lines, "%.*s", (int)n, left);
+    width = fmaxf(width, text_width(v->font, SMALL * s, lines[count]));
+    left += n + (left[n] == ' ');
+  }
+  const float height = ((*p->title ? LINE + 4 : 0) + (float)count * LINE + 14) * s;
+  const float x = ((float)c->width - width) / 2 - PAD * s, top = (float)c->height - height - (MARGIN + 40) * s;
+  float y = top + 4 * s;
+  panel(c, x, top, width + 2 * PAD * s, height, s);
+  if (*p->title) text_draw(c, v->font, x + PAD * s, y += LINE * s, TEXT * s, ACCENT, p->title);
+  if (*p->title) y += 3 * s;
+  for (int i = 0; i < count; i++) text_draw(c, v->font, x + PAD * s, y += LINE * s, SMALL * s, INK, lines[i]);
+}
+
+static void draw_list(Canvas *c, View *v)
+{
+  SceneList *l = &v->list;
+  const float s = v->scale, width = fminf(420 * s, (float)c->width - 2 * MARGIN * s);
+  const int fits = (int)(((float)c->height - 110 * s) / (LINE * s)), shown = l->count < fits ? l->count : fits > 1 ? fits : 1;
+  const int before = l->at - shown / 2, last = l->count - shown;
+  const float height = ((float)shown * LINE + 66) * s, x = ((float)c->width - width) / 2, y = ((float)c->height - height) / 2;
+  l->first = before < 0 ? 0 : before > last ? last : before;
+  l->shown = shown;
+  l->row = (int)(LINE * s);
+  l->x = (int)x;
+  l->y = (int)(y + 50 * s);
+  l->width = (int)width;
+  box(c, x, y, width, height, 10 * s, PANEL, 0.95f);
+  text_draw(c, v->font, x + 20 * s, y + 32 * s, 17 * s, INK, "Scenes");
+  text_right(c, v->font, x + width - 20 * s, y + 31 * s, SMALL * s, DIM, "enter opens, F2 closes");
+  for (int i = 0; i < shown; i++) {
+    const bool is_chosen = l->first + i == l->at;
+    const float top = (float)l->y + (float)(i * l->row);
+    if (is_chosen) box(c, x + 10 * s, top, width - 20 * s, LINE * s, 4 * s, 0xff5a6070u, 0.7f);
+    text_draw(c, v->font, x + 20 * s, top + 14 * s, SMALL * s, is_chosen ? ACCENT : INK, l->names[l->first + i]);
+  }
+}
+
 static void draw_hint(Canvas *c, const View *v)
 {
   const float s = v->scale, y = (float)c->height - MARGIN * s;
@@ -291,6 +355,8 @@ void hud_draw(View *v)
     draw_hint(&c, v);
   }
   if (v->walker.carries) draw_arrow(&c, v);
+  if (v->clock < v->caption.until && v->font && !v->list.is_open) draw_caption(&c, v);
+  if (v->list.is_open && v->list.count) draw_list(&c, v);
   if (v->shows_help) draw_help(&c, v);
   if (v->clock < v->note.until)
     draw_bottom(&c, v, v->note.text, v->note.is_bad ? BAD : INK);

@@ -279,6 +279,14 @@ static void screenshot(View *v, const Event *e)
   shot_begin(v);
 }
 
+static void show_list(View *v, const Event *e)
+{
+  (void)e;
+  list_toggle(v);
+}
+
+static void next_scene(View *v, const Event *e) { list_step(v, e->key == KEY_F1 + 3 ? 1 : -1); }
+
 static void escape(View *v, const Event *e)
 {
   (void)e;
@@ -330,6 +338,9 @@ static const Action actions[] = {
     {'n', 0, "N", "denoiser on and off", toggle_denoise},
     {'t', 0, "T", "frames help the next, on and off", toggle_trail},
     {'b', 0, "B", "whitted: blocks shown; shift: their size", toggle_blocks},
+    {KEY_F1 + 1, 0, "F2", "the scenes of this folder; arrows, enter", show_list},
+    {KEY_F1 + 2, 0, "F3, F4", "the scene before, the next", next_scene},
+    {KEY_F1 + 3, 0, NULL, NULL, next_scene},
     {KEY_TAB, 0, "Tab", "figures on and off", toggle_hud},
     {KEY_F1 + 10, 0, "F11", "full screen", full_screen},
     {KEY_F1 + 11, 0, "F12", "screenshot in full quality", screenshot},
@@ -362,6 +373,8 @@ static bool is_meant(const Action *a, const Event *e)
 
 static void press_key(View *v, const Event *e)
 {
+  v->is_dirty |= v->list.is_open;
+  if (list_key(v, e->key)) return;
   v->down[e->key] = true;
   for (size_t i = 0; i < sizeof actions / sizeof *actions; i++) {
     if (!is_meant(&actions[i], e)) continue;
@@ -383,6 +396,11 @@ static void press(View *v, const Event *e)
   v->press_y = v->mouse_y = e->y;
   v->is_dragging = false;
   v->is_orbiting = e->button == BUTTON_MIDDLE || (e->button == BUTTON_LEFT && (e->mods & MOD_ALT));
+  if (e->button == BUTTON_LEFT && list_press(v, e->x, e->y)) {
+    v->button = 0;
+    v->is_dirty = true;
+    return;
+  }
   if (e->button == BUTTON_LEFT && pick_press(v, e->x, e->y)) return;
   if (e->button == BUTTON_LEFT && !v->is_orbiting && brush_press(v, e->x, e->y, e->mods & MOD_SHIFT)) return;
   if (!v->is_orbiting) return;

@@ -22,7 +22,7 @@ typedef enum EventKind {
 } EventKind;
 
 // A key is its lower-case letter or sign, or one of these.
-enum { KEY_ESCAPE = 256, KEY_TAB, KEY_LEFT, KEY_RIGHT, KEY_UP, KEY_DOWN, KEY_SHIFT, KEY_CTRL, KEY_ALT, KEY_F1, KEY_COUNT = KEY_F1 + 12 };
+enum { KEY_ESCAPE = 256, KEY_TAB, KEY_LEFT, KEY_RIGHT, KEY_UP, KEY_DOWN, KEY_SHIFT, KEY_CTRL, KEY_ALT, KEY_ENTER, KEY_F1, KEY_COUNT = KEY_F1 + 12 };
 enum { MOD_SHIFT = 1, MOD_CTRL = 2, MOD_ALT = 4 };
 enum { BUTTON_LEFT = 1, BUTTON_MIDDLE, BUTTON_RIGHT };
 enum { PAD_LEFT_X, PAD_LEFT_Y, PAD_RIGHT_X, PAD_RIGHT_Y, PAD_DOWN, PAD_UP, PAD_AXES };

@@ -75,7 +75,8 @@ int key_from_name(const char *name)
     const char *name;
     int key;
   } names[] = {{"escape", KEY_ESCAPE}, {"tab", KEY_TAB},     {"left", KEY_LEFT}, {"right", KEY_RIGHT}, {"up", KEY_UP},
-               {"down", KEY_DOWN},     {"shift", KEY_SHIFT}, {"ctrl", KEY_CTRL}, {"alt", KEY_ALT},     {"space", ' '}};
+               {"down", KEY_DOWN},     {"shift", KEY_SHIFT}, {"ctrl", KEY_CTRL}, {"alt", KEY_ALT},     {"space", ' '},
+               {"enter", KEY_ENTER}};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
     if (!strcmp(name, names[i].name)) return names[i].key;
   if (name[0] == 'f' && name[1]) {

@@ -81,6 +81,8 @@ static int key_of(SDL_Keycode k)
   switch (k) {
   case SDLK_ESCAPE: return KEY_ESCAPE;
   case SDLK_TAB: return KEY_TAB;
+  case SDLK_KP_ENTER:
+  case SDLK_RETURN: return KEY_ENTER;
   case SDLK_LEFT: return KEY_LEFT;
   case SDLK_RIGHT: return KEY_RIGHT;
   case SDLK_UP: return KEY_UP;

@@ -204,6 +204,8 @@ static void expect(View *v, const Words *w)
     bool is_there = false;
     for (int i = 0; i < v->proof.line_count; i++) is_there |= strstr(v->proof.lines[i], w->word[2]) != NULL;
     if (!is_there) bad(v, "what is measured is \"%s\"", v->proof.line_count ? v->proof.lines[0] : "nothing");
+  } else if (!strcmp(what, "caption")) {
+    if (!strstr(v->caption.title, w->word[2]) && !strstr(v->caption.text, w->word[2])) bad(v, "the caption is \"%s\"", v->caption.title);
   } else if (!strcmp(what, "view")) {
     if (strcmp(w->word[2], v->wanted.render.integrator)) bad(v, "the view is %s", v->wanted.render.integrator);
   } else if (!strcmp(what, "samples")) {
@@ -217,7 +219,7 @@ static void expect(View *v, const Words *w)
     if (!(sqrt(x * x + y * y + z * z) <= real(w, 5)))
       bad(v, "the eye is at %.4f %.4f %.4f", (double)at.x, (double)at.y, (double)at.z);
   } else {
-    bad(v, "expect picked NAME, value PATH JSON, note TEXT, proof TEXT, view NAME, samples N, size W H, file PATH or eye X Y Z NEAR");
+    bad(v, "expect picked NAME, value PATH JSON, note TEXT, proof TEXT, caption TEXT, view NAME, samples N, size W H, file PATH or eye X Y Z NEAR");
   }
 }
 

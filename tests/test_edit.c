@@ -297,7 +297,7 @@ static int set_fields(Scene *s, const char *path, const Field *fields, size_t co
 
 TEST(every_field_of_every_kind_is_set_and_got_back)
 {
-  static const char *const paths[SECTION_COUNT] = {"render", "whitted", "develop",   "camera",
+  static const char *const paths[SECTION_COUNT] = {"about", "render", "whitted", "develop",   "camera",
                                                    "cameras.t",   "sky",       "skies.t",
                                                    "cells.t",     "gates.t",   "textures.t",
                                                    "materials.t", "media.t",   "objects.t", "lights.t",

@@ -210,6 +210,41 @@ S
 checks=$((checks + 1))
 "$rayfold" compare offline.png cornell-001.png >/dev/null 2>err && cmp -s offline.png cornell-001.png ||
   "$rayfold" compare offline.png cornell-001.png --most 1e-9 >/dev/null 2>err || failed "the screenshot is not what rendering gives"
+# The scenes of a folder: dropped on the window, one after the other, and chosen from a list; what they say of themselves.
+mkdir rooms
+sed '1s/{/{ "about": { "title": "The \\"first\\" room", "text": "Two boxes and a lamp." },/' cornell.json >rooms/a.json
+cp furnace.json rooms/b.json
+echo none >rooms/c.txt
+play folder <<'S'
+settle
+drop rooms
+settle
+expect note rooms/a.json
+expect caption 'The "first" room'
+expect caption 'Two boxes'
+key f4
+settle
+expect note b.json
+expect caption ''
+key f4
+settle
+expect note a.json
+key f3
+settle
+expect note b.json
+key f2
+frame
+key up
+key enter
+settle
+expect note a.json
+key f2
+frame
+key down
+key escape
+frame
+expect caption 'The "first" room'
+S
 # A file that changes is opened again, with all that was equal kept; a broken one leaves the picture and says why.
 sed 's/"albedo": \[[^]]*\]/"albedo": [0.2, 0.4, 0.8]/' cornell.json >blue.json
 echo '{ "rayfold": 1, "camera": { "fovv": 3 } }' >broken.json

@@ -6,6 +6,9 @@
 
 #define COUNT(a) (sizeof(a) / sizeof *(a))
 
+#define FIELD_OWNER About
+static const Field about_fields[] = {ABOUT_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER RenderSettings
 static const Field render_fields[] = {RENDER_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -264,6 +267,7 @@ static const Field track_fields[] = {TRACK_FIELDS(FIELD_ROW)};
 
 #define KIND(name, fields, sentence) {name, fields, COUNT(fields), sentence}
 
+static const Kind about_kinds[] = {KIND("about", about_fields, "")};
 static const Kind render_kinds[] = {KIND("render", render_fields, "")};
 static const Kind whitted_kinds[] = {KIND("whitted", whitted_fields, "")};
 static const Kind develop_kinds[] = {KIND("develop", develop_fields, "")};
@@ -371,6 +375,8 @@ static const Kind track_kinds[] = {KIND("track", track_fields, "")};
   .kind_count = COUNT(table)
 #define ONE_KIND(table) .kinds = table, .kind_count = COUNT(table)
 
+const Group group_about = {"about", "about", sizeof(About), ONE_KIND(about_kinds),
+                           .sentence = "What the scene is, for people: shown when it is opened in the window."};
 const Group group_render = {"render", "render settings", sizeof(RenderSettings), ONE_KIND(render_kinds),
                             .sentence = "How the picture is made."};
 const Group group_whitted = {"whitted", "whitted settings", sizeof(WhittedSettings), ONE_KIND(whitted_kinds),

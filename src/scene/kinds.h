@@ -35,7 +35,7 @@ struct Group {
   const char *sentence;
 };
 
-extern const Group group_render, group_whitted, group_develop, group_camera, group_cameras, group_sky, group_skies,
+extern const Group group_about, group_render, group_whitted, group_develop, group_camera, group_cameras, group_sky, group_skies,
     group_cell, group_gate, group_texture, group_material, group_medium, group_object, group_shape, group_light,
     group_timeline, group_track, group_voxel, group_voxel_step;
 
@@ -85,7 +85,7 @@ typedef struct Section {
   size_t given_offset;
 } Section;
 
-enum { SECTION_COUNT = 16 };
+enum { SECTION_COUNT = 17 };
 extern const Section scene_sections[SECTION_COUNT]; // in the order of the scene file
 
 const Section *section_find(const char *name); // NULL: none of that name

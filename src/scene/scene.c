@@ -147,6 +147,7 @@ Scene *scene_create(Err *err)
     return NULL;
   }
   group_default(&group_render, 0, &s->render);
+  group_default(&group_about, 0, &s->about);
   group_default(&group_whitted, 0, &s->whitted);
   group_default(&group_develop, 0, &s->develop);
   group_default(&group_sky, SKY_CONSTANT, &s->sky);

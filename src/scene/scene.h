@@ -2,7 +2,7 @@
 // from the field tables below. It knows nothing of trees, films or threads: world/ makes it ready to render.
 //
 //   Scene
-//     render, develop, sky, camera     one each
+//     about, render, develop, sky, camera   one each
 //     cameras[] skies[] cells[] gates[] textures[] materials[] media[] objects[] lights[]
 //     timeline, animation[]            when, and the tracks that move all of the above
 //     models[]   files that objects refer to, each a Scene of its own, loaded once
@@ -27,6 +27,12 @@
 #include "scene/voxel_kinds.h"
 
 #include <stdatomic.h>
+
+// --- what it is ---------------------------------------------------------------------------------
+#define ABOUT_FIELDS(F)                                                                     \
+  F(text, title, NULL, 0, 0, "", "What the scene is called.")                               \
+  F(text, text, NULL, 0, 0, "", "What there is to see, in a sentence or two.")
+FIELD_STRUCT(About, ABOUT_FIELDS);
 
 // --- settings -----------------------------------------------------------------------------------
 #define RENDER_FIELDS(F)                                                                                            \
@@ -751,6 +757,7 @@ struct Scene {
   const char *path;    // the file it came from; NULL if made by calls
   const char *root;    // the folder files must lie in, as loaded; NULL: the folder of path
   bool allow_outside;  // as loaded
+  About about;
   RenderSettings render;
   WhittedSettings whitted;
   DevelopSettings develop;

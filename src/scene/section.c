@@ -22,6 +22,7 @@
   }
 
 const Section scene_sections[SECTION_COUNT] = {
+    ONE(group_about, about),
     ONE(group_render, render),
     ONE(group_whitted, whitted),
     ONE(group_develop, develop),
