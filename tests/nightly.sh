@@ -90,6 +90,41 @@ cmake -S "$source" -B "$watched" -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLA
 rc=$?
 tell S 'every command and option under ASan and UBSan' "$(tail -1 watched.log)" "$([ $rc -eq 0 ] && echo yes)"
 
+# --- a long time in the window: random moves, picks, drags, undos, views and sizes ------------------------
+soak() { # LINES
+  awk -v lines="$1" 'BEGIN {
+    srand(7)
+    split("v n t b f5 f6 f8 f10 tab k x ctrl+z ctrl+y g [ ] f1 f1 l m h f3 f4", keys, " ")
+    print "settle"
+    for (i = 0; i < lines; i++) {
+      r = int(rand() * 8)
+      if (r == 0) printf "resize %d %d\n", 64 + rand() * 400, 48 + rand() * 300
+      else if (r == 1) printf "key %s\n", keys[1 + int(rand() * 23)]
+      else if (r == 2) { d = substr("wasdqe", 1 + int(rand() * 6), 1); printf "down %s\nframe %d\nup %s\n", d, 1 + rand() * 6, d }
+      else if (r == 3) printf "mouse %d %d\npress left\nrelease left\nframe\n", rand() * 400, rand() * 300
+      else if (r == 4) printf "mouse %d %d\npress left\nmouse %d %d\nframe\nrelease left\n", rand() * 400, rand() * 300, rand() * 400, rand() * 300
+      else if (r == 5) printf "wheel %d\n", rand() * 4 - 2
+      else printf "frame %d\n", 1 + rand() * 4
+    }
+  }' >soak.script
+  mkdir -p rooms && cp scenes/cornell.json scenes/furnace.json scenes/intro1.json scenes/intro2.json rooms/
+  rm -f soak.sizes
+  "$rayfold" view rooms --dummy --size 320x200 --spp 2 --threads 2 --script soak.script >soak.out 2>&1 &
+  pid=$!
+  while kill -0 $pid 2>/dev/null; do
+    sed -n 's/^VmRSS:[^0-9]*\([0-9]*\).*/\1/p' /proc/$pid/status >>soak.sizes 2>/dev/null
+    sleep 0.2
+  done
+  wait $pid
+}
+soak "$(shortened 60000)"
+rc=$?
+# The largest of the second half against that of the second quarter, in kB.
+grown=$(awk '{ a[NR] = $1 } END { for (i = int(NR / 4); i <= NR; i++) if (i < NR / 2) { if (a[i] > was) was = a[i] } else if (a[i] > is) is = a[i]; print is - was, was }' soak.sizes)
+tell soak 'the window for a long time: no crash, memory stays' "code $rc, grew by ${grown% *} of ${grown#* } kB" \
+  "$([ $rc -eq 0 ] && [ "${grown% *}" -lt $((${grown#* } / 10)) ] && echo yes)"
+[ $rc -eq 0 ] || head -3 soak.out
+
 # --- R2: killed in mid-render ------------------------------------------------------------------------
 wanted=$(shortened 200)
 good=0
