@@ -116,6 +116,32 @@ TEST(memory_is_that_of_the_skin)
   }
 }
 
+// Whatever the colours, a cell takes not much more than the bits that tell them apart, and is read back.
+TEST(colours_take_the_bits_they_need)
+{
+  static const int kinds[4] = {2, 100, 1000, 60000};
+  static uint16_t cells[64][64][64];
+  for (int n = 0; n < 4; n++) {
+    VoxelEdit *e = voxel_edit_create((int32_t[]){64, 64, 64}, NULL);
+    for (int i = 0; i < kinds[n]; i++) (void)voxel_edit_color(e, (float[]){(float)(i & 255), (float)(i >> 8), 0}, 0);
+    for (int z = 0; z < 64; z++)
+      for (int y = 0; y < 64; y++)
+        for (int x = 0; x < 64; x++) {
+          cells[z][y][x] = (uint16_t)(1 + rnd_int(kinds[n]));
+          (void)voxel_edit_put(e, x, y, z, cells[z][y][x]);
+        }
+    Voxels *v = voxel_edit_end(e, NULL);
+    int wrong = 0;
+    for (int z = 0; z < 64; z++)
+      for (int y = 0; y < 64; y++)
+        for (int x = 0; x < 64; x++) wrong += voxels_entry(v, x, y, z) != cells[z][y][x];
+    const double palette = (double)v->palette->entry_count * sizeof *v->palette->entries;
+    const double bits = 8 * ((double)voxels_bytes(v) - palette) / (64.0 * 64 * 64);
+    CHECK_MSG(wrong == 0 && bits < ceil(log2(kinds[n])) + 1.5, "%d kinds: %d wrong, %.2f bits a cell", kinds[n], wrong, bits);
+    voxels_release(v);
+  }
+}
+
 TEST(no_allocation_that_fails_breaks_anything)
 {
   const int32_t size[3] = {70, 70, 20};

@@ -197,7 +197,7 @@ typedef struct Packing {
   uint64_t masks[BRICKS][8];
   uint32_t at[BRICKS];
   uint16_t full_ids[BRICKS];
-  uint8_t data[BRICKS * (2 + 2 * CELLS)];
+  uint8_t data[BRICKS * (sizeof(VoxelRecord) + 2 * CELLS + 4)];
   uint32_t seen[VOXELS_MOST_ENTRIES + 1]; // entry -> brick stamp << 16 | place in the brick's list
   uint32_t stamp;
 } Packing;
@@ -415,12 +415,27 @@ bool voxel_edit_fill(VoxelEdit *e, const int32_t lo[3], const int32_t hi[3], uin
 }
 
 // --- packing ------------------------------------------------------------------------------------------------------
-static uint32_t bits_for(uint32_t count) { return count <= 2 ? 1 : count <= 4 ? 2 : count <= 16 ? 4 : count <= 256 ? 8 : 16; }
-
-static uint32_t record_size(const uint8_t *d, uint32_t filled)
+// To tell `count` things apart.
+static uint32_t bits_for(uint32_t count)
 {
-  const uint32_t bits = d[0], size = bits == 16 ? 2 + 2 * filled : 2 + 2 * (d[1] + 1u) + (filled * bits + 7) / 8;
-  return (size + 1) & ~1u;
+  uint32_t bits = 0;
+  while (1u << bits < count) bits++;
+  return bits;
+}
+
+// Even, with three bytes behind the last bits so that four can be read there.
+static uint32_t record_size(const VoxelRecord *r, uint32_t filled)
+{
+  const uint32_t bits = r->bits ? r->count * r->id_bits + filled * r->bits : filled * r->id_bits;
+  return ((uint32_t)sizeof *r + (bits + 7) / 8 + 3 + 1) & ~1u;
+}
+
+static void put_bits(uint8_t *d, uint32_t at, uint32_t x)
+{
+  uint32_t four;
+  memcpy(&four, d + (at >> 3), 4);
+  four |= x << (at & 7);
+  memcpy(d + (at >> 3), &four, 4);
 }
 
 static uint32_t mask_count(const uint64_t mask[8])
@@ -430,41 +445,64 @@ static uint32_t mask_count(const uint64_t mask[8])
   return n;
 }
 
-// Appends the entries of filled cells to the data. Returns what stands in VoxelNode.at; *is_one: all are of one entry.
-static uint32_t pack_cells(Packing *p, const uint16_t cells[CELLS], uint32_t *used, bool *is_one)
+// A brick's entries in the order in which they are met; p->seen has their places in it.
+typedef struct EntryList {
+  uint16_t entries[CELLS], least, most;
+  uint32_t count, filled;
+} EntryList;
+
+static void list_entries(Packing *p, const uint16_t cells[CELLS], EntryList *l)
 {
-  uint16_t list[CELLS];
-  uint32_t count = 0, filled = 0;
+  l->count = l->filled = 0;
+  l->least = UINT16_MAX;
+  l->most = 0;
   p->stamp = (p->stamp + 1) & 0x7fff;
   if (!p->stamp) {
     memset(p->seen, 0, sizeof p->seen);
     p->stamp = 1;
   }
   for (int c = 0; c < CELLS; c++) {
-    if (!cells[c]) continue;
-    filled++;
-    if (p->seen[cells[c]] >> 16 == p->stamp) continue;
-    p->seen[cells[c]] = p->stamp << 16 | count;
-    list[count++] = cells[c];
+    const uint16_t entry = cells[c];
+    if (!entry) continue;
+    l->filled++;
+    if (p->seen[entry] >> 16 == p->stamp) continue;
+    p->seen[entry] = p->stamp << 16 | l->count;
+    l->entries[l->count++] = entry;
+    if (entry < l->least) l->least = entry;
+    if (entry > l->most) l->most = entry;
   }
-  *is_one = count == 1;
-  if (*is_one) return VOXEL_UNIFORM | list[0];
+}
+
+// With a list, or without if that is smaller.
+static VoxelRecord record_for(const EntryList *l)
+{
+  const uint32_t id_bits = bits_for(l->most - l->least + 1u);
+  const VoxelRecord listed = {(uint8_t)bits_for(l->count), (uint8_t)id_bits, (uint16_t)l->count, l->least};
+  const VoxelRecord plain = {0, (uint8_t)id_bits, 0, l->least};
+  return record_size(&listed, l->filled) < record_size(&plain, l->filled) ? listed : plain;
+}
+
+// Appends the entries of filled cells to the data. Returns what stands in VoxelNode.at; *is_one: all are of one entry.
+static uint32_t pack_cells(Packing *p, const uint16_t cells[CELLS], uint32_t *used, bool *is_one)
+{
+  EntryList l;
+  list_entries(p, cells, &l);
+  *is_one = l.count == 1;
+  if (*is_one) return VOXEL_UNIFORM | l.entries[0];
+  const VoxelRecord r = record_for(&l);
+  const uint32_t at = *used / 2, size = record_size(&r, l.filled);
   uint8_t *d = p->data + *used;
-  const uint32_t bits = bits_for(count);
-  d[0] = (uint8_t)bits;
-  d[1] = (uint8_t)(count - 1);
-  memset(d + 2, 0, record_size(d, filled) - 2);
-  if (bits < 16) memcpy(d + 2, list, 2 * (size_t)count);
-  uint8_t *to = d + 2 + (bits < 16 ? 2 * count : 0);
+  memset(d, 0, size);
+  memcpy(d, &r, sizeof r);
+  d += sizeof r;
+  for (uint32_t i = 0; i < r.count; i++) put_bits(d, i * r.id_bits, l.entries[i] - (uint32_t)r.base);
   for (uint32_t c = 0, i = 0; c < CELLS; c++) {
     if (!cells[c]) continue;
-    const uint32_t which = p->seen[cells[c]] & 0xffff;
-    if (bits == 16) memcpy(to + 2 * (size_t)i, &cells[c], 2);
-    else to[i * bits >> 3] |= (uint8_t)(which << (i * bits & 7));
+    if (r.bits) put_bits(d, r.count * r.id_bits + i * r.bits, p->seen[cells[c]] & 0xffff);
+    else put_bits(d, i * r.id_bits, cells[c] - (uint32_t)r.base);
     i++;
   }
-  const uint32_t at = *used / 2;
-  *used += record_size(d, filled);
+  *used += size;
   return at;
 }
 
@@ -509,7 +547,9 @@ static void pack_kept(Packing *p, PackedNode *n, uint32_t brick, const VoxelNode
   p->at[n->brick_count] = old->at[rank];
   if (!(old->at[rank] & VOXEL_UNIFORM)) {
     const uint8_t *d = old->data + 2 * (size_t)old->at[rank];
-    const uint32_t size = record_size(d, mask_count(old->masks[rank]));
+    VoxelRecord r;
+    memcpy(&r, d, sizeof r);
+    const uint32_t size = record_size(&r, mask_count(old->masks[rank]));
     memcpy(p->data + n->data_size, d, size);
     p->at[n->brick_count] = n->data_size / 2;
     n->data_size += size;

@@ -7,8 +7,7 @@
 //       some[8], full[8]       of its 8^3 bricks: those with a shape of their own, those filled with one entry
 //       any[8]                 either
 //       masks[]                one a brick in `some`: which of its 8^3 cells are filled
-//       at[], data[]           one a brick: where its entries are: a list of those it has, and for each filled cell
-//                              0, 1, 2, 4 or 8 bits that say which; or 16 bits of the entry itself
+//       at[], data[]           one a brick: where its VoxelRecord is, with the entries of its filled cells; or its one entry
 //       full_ids[]             one a brick in `full`
 //
 // Masks are rows of eight words, one for each z, bit x + 8 y. Things that only some bricks have are found by counting
@@ -54,6 +53,14 @@ typedef struct VoxelPalette { // shared by successive Voxels
   VoxelLook *looks;        // owned
 } VoxelPalette;
 
+// The entries of a brick's filled cells, in as many bits as they need: `count` entries of id_bits each, counted from base,
+// then, for each filled cell, `bits` that say which of them. bits 0: it has no list, and id_bits a cell. Four bytes can be
+// read from where any of them begins.
+typedef struct VoxelRecord {
+  uint8_t bits, id_bits;
+  uint16_t count, base;
+} VoxelRecord;
+
 typedef struct VoxelNode {
   atomic_int users;
   uint32_t size;                           // bytes of the whole block
@@ -90,6 +97,14 @@ static inline uint32_t voxel_bits_before(const uint64_t *words, const uint16_t *
   return before[word] + (uint32_t)__builtin_popcountll(words[word] & ((1ull << bit) - 1));
 }
 
+// `bits` bits, up to 16, from bit `at` on.
+static inline uint32_t voxel_record_bits(const uint8_t *d, uint32_t at, uint32_t bits)
+{
+  uint32_t four;
+  memcpy(&four, d + (at >> 3), 4);
+  return four >> (at & 7) & ((1u << bits) - 1);
+}
+
 // The entry of a filled cell of the brick of this rank; cell is x + 8 y + 64 z.
 static inline uint32_t voxel_brick_entry(const VoxelNode *n, uint32_t rank, uint32_t cell)
 {
@@ -99,15 +114,11 @@ static inline uint32_t voxel_brick_entry(const VoxelNode *n, uint32_t rank, uint
   uint32_t i = (uint32_t)__builtin_popcountll(mask[cell >> 6] & ((1ull << (cell & 63)) - 1));
   for (uint32_t z = 0; z < 7; z++) i += (uint32_t)__builtin_popcountll(z < cell >> 6 ? mask[z] : 0); // no branches
   const uint8_t *d = n->data + 2 * (size_t)at;
-  const uint32_t bits = d[0], count = d[1] + 1u;
-  uint16_t id;
-  if (bits == 16) {
-    memcpy(&id, d + 2 + 2 * (size_t)i, 2);
-    return id;
-  }
-  const uint32_t which = d[2 + 2 * count + (i * bits >> 3)] >> (i * bits & 7) & ((1u << bits) - 1);
-  memcpy(&id, d + 2 + 2 * (size_t)which, 2);
-  return id;
+  VoxelRecord r;
+  memcpy(&r, d, sizeof r);
+  d += sizeof r;
+  const uint32_t which = r.bits ? voxel_record_bits(d, r.count * r.id_bits + i * r.bits, r.bits) : i;
+  return r.base + voxel_record_bits(d, which * r.id_bits, r.id_bits);
 }
 
 // The entry of a cell of a node, 0 to 63 each; 0: empty.

@@ -184,12 +184,11 @@ static bool brick_shines(const VoxelNode *n, uint32_t rank, const bool *shines)
   const uint32_t at = n->at[rank];
   if (at & VOXEL_UNIFORM) return shines[at & 0xffff];
   const uint8_t *d = n->data + 2 * (size_t)at;
-  if (d[0] == 16) return true;
-  for (uint32_t i = 0; i <= d[1]; i++) {
-    uint16_t entry;
-    memcpy(&entry, d + 2 + 2 * (size_t)i, 2);
-    if (shines[entry]) return true;
-  }
+  VoxelRecord r;
+  memcpy(&r, d, sizeof r);
+  if (!r.bits) return true;
+  for (uint32_t i = 0; i < r.count; i++)
+    if (shines[r.base + voxel_record_bits(d + sizeof r, i * r.id_bits, r.id_bits)]) return true;
   return false;
 }
 
