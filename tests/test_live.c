@@ -368,6 +368,32 @@ TEST(another_scene_takes_the_place_or_the_old_one_stays)
   room_finish(&r);
 }
 
+// A formula that makes no sense says where, and the picture goes on with the last one that did.
+TEST(a_bad_formula_leaves_the_last_good_field)
+{
+  char path[100], message[400] = "";
+  snprintf(path, sizeof path, "/tmp/rayfold-live-%d.json", (int)getpid());
+  FILE *f = fopen(path, "w");
+  CHECK(f && fputs("{\"rayfold\": 1, \"camera\": {\"position\": [0, 0, 3]}, \"sky\": {\"kind\": \"gradient\"}, \"objects\": [{\"shape\": {\"kind\": \"formula\","
+                   "\"formula\": \"length(x, y, z) - 0.7\"}}]}", f) >= 0);
+  if (f) fclose(f);
+  Room r = room_of(path, false, 4);
+  remove(path);
+  CHECK(wait_for(&r, rf_live_show(r.live, &r.view), 0, true));
+  const uint64_t ball = picture_hash(&r.frame);
+  const double start = now(CLOCK_MONOTONIC);
+  CHECK(rf_live_set(r.live, "objects[0].shape.formula", "\"length(x, y\"", false));
+  while (!rf_live_message(r.live, message, sizeof message) && now(CLOCK_MONOTONIC) - start < 60) usleep(1000);
+  CHECK_TEXT(message, "column");
+  r.view.eye.frame.p.z = 2.5f;
+  CHECK(wait_for(&r, rf_live_show(r.live, &r.view), 0, true) && picture_hash(&r.frame) != ball);
+  r.view.eye.frame.p.z = 3;
+  CHECK(wait_for(&r, rf_live_show(r.live, &r.view), 0, true) && picture_hash(&r.frame) == ball);
+  const uint64_t edit = rf_live_set(r.live, "objects[0].shape.formula", "\"length(x, y, z) - 0.4\"", false);
+  CHECK(wait_for(&r, 0, edit, true) && picture_hash(&r.frame) != ball);
+  room_finish(&r);
+}
+
 TEST(it_sleeps_when_done_and_ends_at_once)
 {
   Room r = room_of("scenes/cornell.json", false, 4);

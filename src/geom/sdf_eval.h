@@ -1,14 +1,13 @@
 // Sdf eval: runs a tape for a number of places at once, one a lane. This file is included once for each kind of lane
 // (floats to march with, doubles to find places and normals with), with these defined: NUM and INT, types of as many
 // lanes; SDF_(name), the name for this kind; and N_SET N_MIN N_MAX N_SQRT N_LESS(a, b, x, y) (x where a < b, else y)
-// N_TO_INT N_FROM_INT, of which N_MIN(a, b) is b where either is no number. Without them: floats.
+// N_TO_INT N_FROM_INT, of which N_MIN(a, b) is b where either is no number. Without them: floats. It takes them back.
 //
 // Distances are those of the usual closed forms (most are collected in Quilez, "Distance functions"); where one is only a
 // bound it says so. None allocates, none branches on lanes.
 
 #ifndef NUM
 #include "geom/sdf.h"
-#define SDF_EVAL_DEFAULT
 #define NUM wx
 #define INT wxi
 #define UNSIGNED wxu
@@ -479,8 +478,6 @@ static SDF_LARGE NUM SDF_(sdf_run)(const Sdf *f, const uint16_t *codes, uint32_t
   return m.values[0];
 }
 
-#ifdef SDF_EVAL_DEFAULT
-#undef SDF_EVAL_DEFAULT
 #undef NUM
 #undef INT
 #undef UNSIGNED
@@ -492,4 +489,3 @@ static SDF_LARGE NUM SDF_(sdf_run)(const Sdf *f, const uint16_t *codes, uint32_t
 #undef N_LESS
 #undef N_TO_INT
 #undef N_FROM_INT
-#endif

@@ -37,17 +37,6 @@ static inline Num4 num4_from_int(Int4 a) { return (Num4){(double)a[0], (double)a
 #define N_TO_INT(a) num4_to_int(a)
 #define N_FROM_INT(a) num4_from_int(a)
 #include "geom/sdf_eval.h"
-#undef NUM
-#undef INT
-#undef UNSIGNED
-#undef SDF_
-#undef N_SET
-#undef N_MIN
-#undef N_MAX
-#undef N_SQRT
-#undef N_LESS
-#undef N_TO_INT
-#undef N_FROM_INT
 
 // The tape for a place: the leaf's of its cell, or the whole field's. Empty cells have none of their own.
 static inline double sdf_value_at(const Sdf *f, const double p[3])

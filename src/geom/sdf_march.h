@@ -8,7 +8,8 @@
 // missed, thinner ones may be. What is inside is followed like what is outside, so rays leave glass as they enter it.
 //
 // A ray that has not come to an end after SDF_MOST_MARCH places is close along the surface: that counts as a crossing if
-// it is within `detail`, else it meets nothing.
+// it is within `detail`, else it meets nothing. Through a field of the usual 4000 `detail`s each way that cannot happen:
+// its diagonal is 6929 of them.
 
 #ifndef RAYFOLD_GEOM_SDF_MARCH_H
 #define RAYFOLD_GEOM_SDF_MARCH_H
@@ -18,7 +19,7 @@
 
 #include "geom/sdf_eval.h"
 
-enum { SDF_RAYS = 64, SDF_GROUPS = SDF_RAYS / WIDEST, SDF_MOST_MARCH = 1024, SDF_MOST_CLOSE = 16 };
+enum { SDF_RAYS = 64, SDF_GROUPS = SDF_RAYS / WIDEST, SDF_MOST_MARCH = 8192, SDF_MOST_CLOSE = 16 };
 #define SDF_RELAX 1.3f // of 1, 1.2, 1.3, 1.4 and 1.6 the best for 200 melted spheres and for the sponge
 
 // Rays side by side, one a lane, in the field's space. `going` are those still on their way: either starting, marching or
