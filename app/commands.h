@@ -6,7 +6,7 @@
 #include "options.h"
 
 extern const Command command_render, command_view, command_merge, command_compare, command_info, command_validate, command_convert,
-    command_prove, command_schema, command_trace, command_bench, command_manual, command_man, command_completion,
+    command_prove, command_locks, command_schema, command_trace, command_bench, command_manual, command_man, command_completion,
     command_help_page;
 
 extern const Command *const commands[]; // as help lists them; ends with NULL

@@ -19,6 +19,7 @@ const Command *const commands[] = {
     &command_validate,
     &command_convert,
     &command_prove,
+    &command_locks,
     &command_schema,
     &command_trace,
     &command_bench,

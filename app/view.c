@@ -42,6 +42,10 @@ static const Option view_options[] = {
      .sentence = "Change a field of the scene, as materials.gold.roughness=0.3."},
     {.name = "script", .kind = OPTION_FILE, .argument = "FILE",
      .sentence = "Take keys and mouse from FILE instead of a person; see below."},
+    {.name = "game", .kind = OPTION_FLAG,
+     .sentence = "Play Parallax Locks: SCENE is a folder of chambers, as scenes/locks, begun at the first that is not solved yet."},
+    {.name = "progress", .kind = OPTION_FILE, .argument = "FILE", .initial = "rayfold/locks in XDG_STATE_HOME or ~/.local/state",
+     .sentence = "Where it is kept which chambers are solved."},
     {.name = "stats", .kind = OPTION_FLAG,
      .sentence = "On leaving, print a line: seconds to the first picture, frames a second and share of pixels rendered while "
                  "something moved, and processor seconds."},
@@ -102,7 +106,7 @@ static void ask(View *v)
 void view_turn(View *v, double seconds)
 {
   const Wish wish = input_wish(v);
-  if (walker_move(&v->walker, &wish, seconds, view_world(v))) v->is_asked = true;
+  if (v->game ? game_turn(v, &wish, seconds) : walker_move(&v->walker, &wish, seconds, view_world(v))) v->is_asked = true;
   ask(v);
 }
 
@@ -169,7 +173,7 @@ static double time_to_wait(View *v)
   for (int i = 0; i < PAD_AXES; i++)
     if (pad[i] != 0) return TURN_SECONDS;
   if (is_held(v) || v->walker.stop_count || (v->walker.on_foot && !v->walker.stands)) return TURN_SECONDS;
-  if (v->walker.on_foot || v->shot.is_running) return 0.05;
+  if (v->walker.on_foot || v->shot.is_running || v->game) return 0.05;
   double wait = IDLE_SECONDS;
   const double ends[2] = {v->note.until - v->clock, v->caption.until - v->clock};
   for (int i = 0; i < 2; i++)
@@ -252,7 +256,7 @@ static void begin(View *v)
   v->wanted.step = (int)(step == 3 ? 4 : step > 4 ? 8 : step);
   v->wanted.blocks = args_has(v->args, "blocks") ? atoi(args_text(v->args, "blocks")) : 8;
   v->wanted.denoise = !args_has(v->args, "no-denoise");
-  v->shows_hud = !args_has(v->args, "no-hud");
+  v->shows_hud = !args_has(v->args, "no-hud") && !args_has(v->args, "game") && !output_is_any(v->args->operands[0], ".locks");
   v->picked.dragged = -1;
   v->scale = 1;
   v->is_dirty = true;
@@ -285,7 +289,10 @@ static ExitCode run_view(const Args *args)
   if (!v->code) v->code = engine_open(&v->engine, (int)args_integer(args, "threads", 0), args_text(args, "isa"));
   if (!v->code) {
     begin(v);
-    view_open(v, args->operands[0]);
+    if (args_has(args, "game") || output_is_any(args->operands[0], ".locks"))
+      v->code = game_open(v, args->operands[0]);
+    else
+      view_open(v, args->operands[0]);
     if (v->script)
       run_script(v);
     else
@@ -297,6 +304,7 @@ static ExitCode run_view(const Args *args)
   rf_live_destroy(v->live);
   rf_world_destroy(v->world);
   rf_engine_destroy(v->engine);
+  game_close(v);
   if (v->screen) v->kind->close(v->screen);
   font_close(v->font);
   script_finish(v->script);
@@ -321,7 +329,7 @@ const Command command_view = {
             "frame N: go on N frames. settle: until the picture is finished. key K, down K, up K: a key, as w, f1, ctrl+z, "
             "space. mouse X Y; press B, release B: left, middle or right. wheel N. resize W H. drop FILE. save FILE: what "
             "is shown, as a picture. hash: prints that of what is shown. copy FROM TO: a file over another. quit.\n"
-            "expect picked NAME, value PATH JSON, note TEXT, proof TEXT, caption TEXT, view NAME, samples N, size W H, file PATH, eye X Y Z NEAR: "
+            "expect picked NAME, value PATH JSON, note TEXT, proof TEXT, caption TEXT, open N (locks), view NAME, samples N, size W H, file PATH, eye X Y Z NEAR: "
             "ends with code 65 and a message where it is otherwise.",
     .example = "rayfold view scenes/showcase.json",
     .options = view_options,

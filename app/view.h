@@ -87,6 +87,7 @@ typedef struct Shot { // a picture being rendered in the background
 } Shot;
 
 typedef struct Script Script;
+typedef struct Game Game;
 
 typedef enum Tool { TOOL_OFF, TOOL_ADD, TOOL_ERASE, TOOL_PAINT, TOOL_FLOOD, TOOL_EXTRUDE, TOOL_COUNT } Tool;
 
@@ -143,6 +144,7 @@ typedef struct View {
   Picked picked;
   Brush brush;
   Proof proof;
+  Game *game; // NULL: none is played
   Note note;
   Caption caption;
   SceneList list;
@@ -209,6 +211,17 @@ void prove_clear(View *v);
 bool prove_sees_pins(const View *v); // the eye has not moved since
 void prove_arrow(View *v);  // takes it up, or tells how it is turned and lays it down
 void prove_volume(View *v);
+
+// view_game.c: Parallax Locks
+ExitCode game_open(View *v, const char *path); // a folder of chambers, or one of them
+void game_close(View *v);
+void game_begin(View *v, uint64_t edit);       // its scene is on show from this edit on
+bool game_turn(View *v, const Wish *wish, double seconds); // instead of walker_move()
+void game_lamp(View *v);
+void game_again(View *v);
+int game_open_locks(const View *v);
+// What the window says of it; returns how many lines of locks there are, 0: no game.
+int game_lines(const View *v, char title[96], char hint[200], char lines[][112], bool open[], int most);
 
 // view_shot.c: pictures in full quality
 void shot_begin(View *v);

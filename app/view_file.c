@@ -114,6 +114,7 @@ static void show_scene(View *v, rf_scene *s)
   rf_world *w = v->loader.world; // NULL: the same file again
   const bool is_first = !v->live;
   rf_eye eye;
+  uint64_t edit = 0;
   int width, height;
   const rf_render_def render = rf_scene_render_def(s, &width, &height);
   const rf_develop_def develop = rf_scene_develop_def(s);
@@ -149,8 +150,9 @@ static void show_scene(View *v, rf_scene *s)
     v->live = rf_live_create(s, &def);
     if (!v->live) note_library(v);
   } else {
-    rf_live_replace(v->live, s);
+    edit = rf_live_replace(v->live, s);
   }
+  if (v->live) game_begin(v, edit);
   rf_world_destroy(w);
   view_integrator(v, v->wanted.render.integrator);
   pick_clear(v);

@@ -226,6 +226,32 @@ static void draw_arrow(Canvas *c, const View *v)
   stroke(c, x + tx, y + ty, x + tx - head * (ux - 0.6f * uy), y + ty - head * (uy + 0.6f * ux), 3 * s, ACCENT);
 }
 
+// --- the game ---------------------------------------------------------------------------------------
+static void draw_game(Canvas *c, const View *v)
+{
+  enum { MOST = 6 };
+  char title[96], hint[200], lines[MOST][112];
+  bool open[MOST];
+  const int count = game_lines(v, title, hint, lines, open, MOST);
+  if (!count) return;
+  const float s = v->scale;
+  float width = fmaxf(text_width(v->font, TEXT * s, title), text_width(v->font, SMALL * s, hint));
+  for (int i = 0; i < count; i++) width = fmaxf(width, text_width(v->font, SMALL * s, lines[i]) + 16 * s);
+  width += 2 * PAD * s;
+  const float x = ((float)c->width - width) / 2, left = x + PAD * s;
+  float y = MARGIN * s;
+  panel(c, x, y, width, ((float)(count + 1) * LINE + 40) * s, s);
+  y += 23 * s;
+  text_draw(c, v->font, left, y, TEXT * s, INK, title);
+  y += LINE * s;
+  text_draw(c, v->font, left, y, SMALL * s, DIM, hint);
+  for (int i = 0; i < count; i++) {
+    y += LINE * s;
+    stroke(c, left + 4 * s, y - 4 * s, left + 4 * s, y - 4 * s, 8 * s, open[i] ? 0xff58d68du : BAD);
+    text_draw(c, v->font, left + 16 * s, y, SMALL * s, open[i] ? INK : DIM, lines[i]);
+  }
+}
+
 // --- keys and notes -------------------------------------------------------------------------------
 static void draw_help(Canvas *c, const View *v)
 {
@@ -354,6 +380,7 @@ void hud_draw(View *v)
     if (prove_sees_pins(v)) draw_pins(&c, v);
     draw_hint(&c, v);
   }
+  if (v->font && !v->shows_help) draw_game(&c, v);
   if (v->walker.carries) draw_arrow(&c, v);
   if (v->clock < v->caption.until && v->font && !v->list.is_open) draw_caption(&c, v);
   if (v->list.is_open && v->list.count) draw_list(&c, v);

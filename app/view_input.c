@@ -241,6 +241,18 @@ static void volume(View *v, const Event *e)
   prove_volume(v);
 }
 
+static void lamp(View *v, const Event *e)
+{
+  (void)e;
+  game_lamp(v);
+}
+
+static void again(View *v, const Event *e)
+{
+  (void)e;
+  game_again(v);
+}
+
 static void save(View *v, const Event *e)
 {
   (void)e;
@@ -330,6 +342,8 @@ static const Action actions[] = {
     {'m', 0, "M", "measure to the mouse; 2 or 3: a triangle", measure},
     {'h', 0, "H", "carry an arrow round, and lay it down", arrow},
     {'j', 0, "J", "volume of this cell", volume},
+    {'f', 0, "F, O", "Parallax Locks: the lamp; begin again", lamp},
+    {'o', 0, NULL, NULL, again},
     {'l', 0, "L", "first light to where I am", light_to_eye},
     {'[', 0, "[ ]", "darker, brighter", change_exposure},
     {']', 0, NULL, NULL, change_exposure},

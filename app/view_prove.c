@@ -3,6 +3,8 @@
 
 #include "view.h"
 
+#include "arrow.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -73,21 +75,15 @@ void prove_pin(View *v)
 }
 
 // --- the arrow --------------------------------------------------------------------------------------
-// The last straight piece is walked for it, so that it is compared where it began.
 static void lay_down(View *v, rf_world *w)
 {
-  const rf_body *home = &v->walker.arrow_home;
-  rf_body b = v->walker.arrow;
-  if (b.cell != home->cell) return note_say(v, true, "the arrow was taken up in another cell; carry it back there");
-  const rf_vec3 way = rf_toward(w, b.cell, b.frame.p, home->frame.p);
-  if (vec_length(way) > 0) (void)rf_walk(w, &b, way, false);
-  const rf_vec3 left = rf_toward(w, b.cell, b.frame.p, home->frame.p);
-  if (b.cell != home->cell || vec_length(left) > 1e-3f * (float)(1 + v->walker.carried))
+  const rf_body *home = &v->walker.arrow_home, *arrow = &v->walker.arrow;
+  double turn, way;
+  if (arrow->cell != home->cell) return note_say(v, true, "the arrow was taken up in another cell; carry it back there");
+  if (!arrow_turn(w, arrow, home, &turn, &way))
     return note_say(v, true, "no straight way leads from here to where the arrow was taken up; go nearer");
-  const rf_vec3 a = into(&home->frame, b.frame.z);
-  const double turn = atan2(sqrt((double)a.x * a.x + (double)a.y * a.y), (double)a.z);
   prove_clear(v);
-  line(v, "arrow: carried %.4g m, the last %.3g m straight home", v->walker.carried + (double)vec_length(way), (double)vec_length(way));
+  line(v, "arrow: carried %.4g m, the last %.3g m straight home", v->walker.carried + way, way);
   line(v, "turned by %.3f°", turn * DEGREES);
   v->walker.carries = false;
 }

@@ -188,6 +188,14 @@ static void expect_value(View *v, const Words *w)
   rf_live_return(v->live);
 }
 
+static void expect_open(View *v, const Words *w)
+{
+  char title[96], hint[200], lines[1][112] = {""};
+  bool open[1];
+  (void)game_lines(v, title, hint, lines, open, 1);
+  if (number(w, 2) != game_open_locks(v)) bad(v, "%d locks are open; %s", game_open_locks(v), lines[0]);
+}
+
 static void expect(View *v, const Words *w)
 {
   const char *what = w->count > 2 ? w->word[1] : "";
@@ -206,6 +214,8 @@ static void expect(View *v, const Words *w)
     if (!is_there) bad(v, "what is measured is \"%s\"", v->proof.line_count ? v->proof.lines[0] : "nothing");
   } else if (!strcmp(what, "caption")) {
     if (!strstr(v->caption.title, w->word[2]) && !strstr(v->caption.text, w->word[2])) bad(v, "the caption is \"%s\"", v->caption.title);
+  } else if (!strcmp(what, "open")) {
+    expect_open(v, w);
   } else if (!strcmp(what, "view")) {
     if (strcmp(w->word[2], v->wanted.render.integrator)) bad(v, "the view is %s", v->wanted.render.integrator);
   } else if (!strcmp(what, "samples")) {
@@ -219,7 +229,7 @@ static void expect(View *v, const Words *w)
     if (!(sqrt(x * x + y * y + z * z) <= real(w, 5)))
       bad(v, "the eye is at %.4f %.4f %.4f", (double)at.x, (double)at.y, (double)at.z);
   } else {
-    bad(v, "expect picked NAME, value PATH JSON, note TEXT, proof TEXT, caption TEXT, view NAME, samples N, size W H, file PATH or eye X Y Z NEAR");
+    bad(v, "expect picked NAME, value PATH JSON, note TEXT, proof TEXT, caption TEXT, open N, view NAME, samples N, size W H, file PATH or eye X Y Z NEAR");
   }
 }
 

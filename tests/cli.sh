@@ -74,13 +74,14 @@ options_of() { # command, options
   done
 }
 options_of render "$render_options"
-options_of view "size camera integrator spp frame-time step no-denoise no-hud font threads isa set script dummy stats
+options_of view "size camera integrator spp frame-time step no-denoise no-hud font threads isa set script game progress dummy stats
   allow-outside cache help"
 options_of convert "$convert_options"
 options_of trace "threads api repeat time build compact isa label output help"
 options_of bench "time size output quiet help"
 options_of compare "output most help"
 options_of prove "camera cell from look place leg open volume rays seed json allow-outside cache help"
+options_of locks "quiet allow-outside help"
 options_of info "allow-outside quiet help"
 options_of validate "allow-outside quiet help"
 for command in schema manual man completion help; do options_of $command help; done
@@ -89,7 +90,7 @@ has '^rayfold [0-9]*\.[0-9]*\.[0-9]*$' out
 has 'PNG' out
 expect 0 '' --help
 expect 0 '' help
-for command in render merge compare convert prove info validate schema trace bench manual man completion help; do
+for command in render merge compare convert prove locks info validate schema trace bench manual man completion help; do
   has "^  $command " out
 done
 for code in 0 64 65 66 70 73 75; do has "^  $code " out; done
