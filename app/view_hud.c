@@ -234,10 +234,10 @@ static void draw_game(Canvas *c, const View *v)
   bool open[MOST];
   const int count = game_lines(v, title, hint, lines, open, MOST);
   if (!count) return;
-  const float s = v->scale;
-  float width = fmaxf(text_width(v->font, TEXT * s, title), text_width(v->font, SMALL * s, hint));
-  for (int i = 0; i < count; i++) width = fmaxf(width, text_width(v->font, SMALL * s, lines[i]) + 16 * s);
-  width += 2 * PAD * s;
+  float points = fmaxf(text_width(v->font, TEXT, title), text_width(v->font, SMALL, hint)); // without a scale
+  for (int i = 0; i < count; i++) points = fmaxf(points, text_width(v->font, SMALL, lines[i]) + 16);
+  points += 2 * PAD;
+  const float s = fminf(v->scale, (float)c->width / (points + 2 * MARGIN)), width = points * s; // a narrow window has small letters
   const float x = ((float)c->width - width) / 2, left = x + PAD * s;
   float y = MARGIN * s;
   panel(c, x, y, width, ((float)(count + 1) * LINE + 40) * s, s);
