@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define SCENE_OUTPUTS ".json|.rfm|.ply|.obj|.stl|.vox"
+#define SCENE_OUTPUTS ".json|.rfm|.ply|.obj|.stl|.vox|.grid"
 
 static const Option convert_options[] = {
     {.name = "exposure",
@@ -41,7 +41,15 @@ static const Option convert_options[] = {
      .argument = "N",
      .low = 1,
      .high = 4096,
-     .sentence = "Make voxels of a scene or model, N along its longest side; for .vox, .json and .rfm."},
+     .sentence = "Make voxels of a scene or model, N along its longest side; for .vox, .grid, .json and .rfm. Of a "
+                 ".grid or .nvdb into .vox without this option: as many as it has."},
+    {.name = "threshold",
+     .kind = OPTION_REAL,
+     .argument = "D",
+     .initial = "0.5",
+     .low = 0,
+     .high = 1e30,
+     .sentence = "The same: smoke fills a cell where its density is at least D; 0: it fills none."},
     {.name = "hollow", .kind = OPTION_FLAG, .sentence = "The same: only the skin of what is closed."},
     {.name = "element",
      .kind = OPTION_CHOICE,
@@ -69,7 +77,8 @@ static ExitCode add_stage(rf_engine *engine, rf_scene *scene, const char *in, bo
 
 static ExitCode make_voxels(rf_engine *engine, rf_scene **scene, const Args *args)
 {
-  rf_scene *made = rf_voxelise(*scene, (int)args_integer(args, "voxels", 128), !args_has(args, "hollow"));
+  rf_scene *made = rf_voxelise(*scene, (int)args_integer(args, "voxels", 0), !args_has(args, "hollow"),
+                               (float)args_real(args, "threshold", 0.5));
   if (!made) return fail_library(engine);
   rf_scene_destroy(*scene);
   *scene = made;
@@ -82,7 +91,8 @@ static ExitCode convert_scene(rf_engine *engine, const char *in, const char *out
   const bool is_quiet = args_has(args, "quiet");
   ExitCode code = scene_open(&scene, engine, in, args);
   if (!code && !is_quiet) say_notes(scene);
-  if (!code && args_has(args, "voxels")) code = make_voxels(engine, &scene, args);
+  const bool is_grid_to_voxels = output_is_any(in, ".grid|.nvdb") && output_is_any(out, ".vox");
+  if (!code && (args_has(args, "voxels") || is_grid_to_voxels)) code = make_voxels(engine, &scene, args);
   if (!code && output_is_any(out, ".json")) code = add_stage(engine, scene, in, is_quiet);
   // A saved model shows what the model shows, so it stands as that would be stood up.
   if (!code && output_is_any(out, ".rfm") && stage_is_wanted(engine, scene))
@@ -113,7 +123,7 @@ static ExitCode check_pair(rf_engine *engine, const char *in, const char *out, b
     return fail(EXIT_USAGE, "%s is a scene and %s a picture; use `rayfold render %s -o %s`", in, out, in,
                 out);
   if (is_scene)
-    return fail(EXIT_USAGE, "%s: a scene or model can become .json, .rfm, .ply, .obj, .stl or .vox", out);
+    return fail(EXIT_USAGE, "%s: a scene or model can become .json, .rfm, .ply, .obj, .stl, .vox or .grid", out);
   if (is_scene_out)
     return fail(EXIT_USAGE, "%s is not a scene or model (" SCENE_INPUTS "), but %s would be", in, out);
   return fail(EXIT_USAGE, "%s: a picture can become .png, .jpg, .webp, .exr, .hdr or .pfm", out);
@@ -139,9 +149,9 @@ const Command command_convert = {
     .most = 2,
     .operand_kind = OPERAND_FILE,
     .usage = "[OPTION]...",
-    .text = "A scene or model (.json .obj .gltf .glb .ply .stl .rfm) becomes .json (with its meshes in files "
+    .text = "A scene or model (.json .obj .gltf .glb .ply .stl .vox .grid .nvdb .rfm) becomes .json (with its meshes in files "
             "beside it, and camera and light if it has none), .rfm (one file with all that is ready made, "
-            "trees too, which opens at once), one mesh in .ply, .obj or .stl, or voxels in .vox. A picture becomes .png, "
+            "trees too, which opens at once), one mesh in .ply, .obj or .stl, voxels in .vox, or voxels as smoke in .grid. A picture becomes .png, "
             ".jpg, .webp, .exr, .hdr or .pfm.",
     .example = "rayfold convert bunny.glb bunny.ply",
     .options = convert_options,

@@ -17,7 +17,7 @@
   }
 
 // Extensions of what scene_open() takes, as output_is_any() wants them.
-#define SCENE_INPUTS ".json|.obj|.gltf|.glb|.ply|.stl|.vox|.rfm"
+#define SCENE_INPUTS ".json|.obj|.gltf|.glb|.ply|.stl|.vox|.grid|.nvdb|.rfm"
 
 #define OPTION_CACHE                                                                             \
   {                                                                                              \

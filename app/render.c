@@ -571,7 +571,7 @@ const Command command_render = {
     .operand_kind = OPERAND_FILE,
     .usage = "-o OUT [--size WxH] [--spp N | --time S | --noise X] [OPTION]...",
     .text =
-        "SCENE is a scene file (.json) or a model (.obj .gltf .glb .ply .stl .vox). A model that brings neither "
+        "SCENE is a scene file (.json) or a model (.obj .gltf .glb .ply .stl .vox .grid .nvdb). A model that brings neither "
         "camera nor light is put on a floor (objects.stage_floor) between two lamps (lights.stage_key and "
         "lights.stage_rim) before a camera that shows all of it; --set changes these, too, and "
         "--set objects.stage_floor=null takes the floor away.\n"

@@ -4,9 +4,12 @@
 #include "tests/scene_sample.h"
 
 #include "base/hash.h"
+#include "image/grid.h"
 #include "scene/edit.h"
 #include "shade/albedo.h"
+#include "shade/spectrum.h"
 #include "world/parts.h"
+#include "world/voxelise.h"
 
 static uint32_t draws;
 
@@ -206,6 +209,151 @@ TEST(the_next_world_shares_smoke)
   world_release(first);
   world_release(second);
   world_release(third);
+  scene_destroy(s);
+}
+
+// --- to grids and back -----------------------------------------------------------------------------------
+static bool are_equal(const Voxels *a, const Voxels *b)
+{
+  for (int k = 0; k < 3; k++)
+    if (a->hi[k] - a->lo[k] != b->hi[k] - b->lo[k]) return false;
+  for (int32_t z = 0; z < a->hi[2] - a->lo[2]; z++)
+    for (int32_t y = 0; y < a->hi[1] - a->lo[1]; y++)
+      for (int32_t x = 0; x < a->hi[0] - a->lo[0]; x++)
+        if (!voxels_entry(a, a->lo[0] + x, a->lo[1] + y, a->lo[2] + z) != !voxels_entry(b, b->lo[0] + x, b->lo[1] + y, b->lo[2] + z))
+          return false;
+  return true;
+}
+
+static const char lump[] = "\"fill\": [ { \"kind\": \"sphere\", \"center\": [9, 8, 12], \"radius\": 7.3, \"color\": [0.8, 0.4, 0.2] }, "
+                           "{ \"kind\": \"hills\", \"size\": [21, 9, 17], \"color\": [0.2, 0.6, 0.2] } ]";
+
+// Smoke made solid has the cells it had, and their colours.
+TEST(smoke_and_back_is_the_same)
+{
+  Scene *s = smoke_scene("[21, 20, 23]", lump, "\"kind\": \"homogeneous\"");
+  const Voxels *before = s->voxels.items[0].data;
+  World *w = world_of(s);
+  float cell, corner[3];
+  Err err = {0};
+  Voxels *after = world_voxelise(w, 0, true, 0.5f, &cell, corner, &err);
+  CHECK_MSG(after, "%s", err.text);
+  if (after) {
+    CHECK(after->cell_count == before->cell_count && are_equal(before, after));
+    CHECK_NEAR(cell, 1, 1e-5);
+    int wrong = 0;
+    for (int32_t z = 0; z < after->size[2]; z++)
+      for (int32_t y = 0; y < after->size[1]; y++)
+        for (int32_t x = 0; x < after->size[0]; x++) {
+          const VoxelEntry *a = &after->palette->entries[voxels_entry(after, x, y, z)];
+          const VoxelEntry *b = &before->palette->entries[voxels_entry(before, before->lo[0] + x, before->lo[1] + y, before->lo[2] + z)];
+          for (int k = 0; k < 3; k++) wrong += a->color[k] != b->color[k];
+        }
+    CHECK(wrong == 0);
+  }
+  voxels_release(after);
+  world_release(w);
+  scene_destroy(s);
+}
+
+// A grid of voxels holds a 1 for each, so that its values mixed add up to their volume; and comes back cell by cell.
+TEST(a_grid_and_back_is_the_same)
+{
+  Scene *s = smoke_scene("[21, 20, 23]", lump, "\"kind\": \"homogeneous\"");
+  const Voxels *before = s->voxels.items[0].data;
+  const char *path = sample_path("lump.grid");
+  Err err = {0};
+  Grid g;
+  CHECK_MSG(export_grid(before, 0.25, path, &err) && grid_read(&g, path, &err), "%s", err.text);
+  double sum = 0;
+  for (size_t i = 0; i < (size_t)g.size[0] * g.size[1] * g.size[2]; i++) sum += (double)g.values[i];
+  CHECK_NEAR(sum, (double)before->cell_count, 0);
+  CHECK_NEAR((g.hi[0] - g.lo[0]) / (float)g.size[0], 0.25, 1e-6);
+  grid_finish(&g);
+  Scene *made = scene_load(path, NULL, &err);
+  CHECK_MSG(made, "%s", err.text);
+  World *w = made ? world_of(made) : NULL;
+  float cell, corner[3];
+  Voxels *after = w ? world_voxelise(w, 0, true, 0.5f, &cell, corner, &err) : NULL;
+  CHECK_MSG(after && are_equal(before, after), "%s", err.text);
+  CHECK_NEAR(cell, 0.25, 1e-5);
+  Voxels *none = w ? world_voxelise(w, 20, true, 1e9f, &cell, corner, &err) : NULL;
+  CHECK(none && none->cell_count == 0);
+  voxels_release(none);
+  voxels_release(after);
+  world_release(w);
+  scene_destroy(made);
+  scene_destroy(s);
+}
+
+// --- heat ---------------------------------------------------------------------------------------------------
+// Chromaticities of the Planckian locus: 2000 K, 2856 K (illuminant A, CIE 15:2004) and 6500 K. The observer is a fit, good to
+// 0.004.
+TEST(black_bodies_have_their_colours)
+{
+  static BlackBody b;
+  black_body_make(&b);
+  const double known[3][3] = {{2000, 0.5267, 0.4133}, {2856, 0.4476, 0.4074}, {6500, 0.3135, 0.3237}};
+  for (int i = 0; i < 3; i++) {
+    const Vec3 c = black_body_at(&b, (float)known[i][0]);
+    const double r = (double)c[0], g = (double)c[1], bl = (double)c[2];
+    const double x = 0.4124 * r + 0.3576 * g + 0.1805 * bl, y = 0.2126 * r + 0.7152 * g + 0.0722 * bl, z = 0.0193 * r + 0.1192 * g + 0.9505 * bl;
+    CHECK_NEAR(x / (x + y + z), known[i][1], 0.004);
+    CHECK_NEAR(y / (x + y + z), known[i][2], 0.004);
+  }
+  // Wien: at a peak of 555 nm (5221 K) the luminance of the spectrum over its peak is a little below 1.
+  const Vec3 c = black_body_at(&b, 5221);
+  CHECK_NEAR(luminance(c), 0.97, 0.03);
+}
+
+// A slab that only absorbs and is hot shines by Kirchhoff's law: (1 - exp(-depth)) times the black body.
+TEST(what_absorbs_glows)
+{
+  static BlackBody b;
+  black_body_make(&b);
+  const Vec3 color = 3 * black_body_at(&b, 2500);
+  const double left = exp(-0.2 * 4);
+  for (int kind = 0; kind < 3; kind++) { // in cells; by steps; the same everywhere, without any
+    Scene *s = smoke_scene("[8, 8, 4]", "\"fill\": [ { \"kind\": \"box\", \"size\": [8, 8, 4] } ]",
+                           "\"kind\": \"homogeneous\", \"scattering\": 0, \"absorption\": 0.2, \"temperature\": 2500, \"glow\": 3");
+    if (kind == 1) s->render.volumes = VOLUMES_MARCH;
+    if (kind == 2) {
+      Object *o = &s->objects.items[0];
+      o->shape = (Shape){.kind = SHAPE_BOX, .box = {{8, 8, 4}}};
+      o->common.translate[1] = 4;
+    }
+    const Picture p = picture_of(s, parallel(0, 4, 50, 0, 4, 0, 2), 16, 64);
+    for (int k = 0; k < 3; k++) CHECK_NEAR(p.mean[k], left + (double)color[k] * (1 - left), 6 * p.error + 2e-3);
+    scene_destroy(s);
+  }
+}
+
+// Of a file of heat, two values mixed: in the middle of the box it is the mean of them.
+TEST(heat_comes_from_a_file)
+{
+  const char head[] = "rayfold-grid 1\nsize 1 1 1\nbox -1 -1 -1 1 1 1\ndata float32\n", heat_head[] = "rayfold-grid 1\nsize 2 1 1\nbox -1 -1 -1 1 1 1\ndata float32\n";
+  const float one[1] = {1}, heat[2] = {1100, 4100};
+  char bytes[200];
+  memcpy(bytes, head, sizeof head - 1);
+  memcpy(bytes + sizeof head - 1, one, 4);
+  sample_write("one.grid", bytes, sizeof head - 1 + 4);
+  memcpy(bytes, heat_head, sizeof heat_head - 1);
+  memcpy(bytes + sizeof heat_head - 1, heat, 8);
+  sample_write("heat.grid", bytes, sizeof heat_head - 1 + 8);
+  Err err;
+  Scene *s = sample_load("{ \"rayfold\": 1, \"sky\": { \"kind\": \"constant\", \"color\": 0 }, \"media\": { \"m\": { \"kind\": \"grid\", "
+                         "\"file\": \"one.grid\", \"heat\": \"heat.grid\", \"heat_offset\": 100, \"temperature\": 1.25, \"scattering\": 0, "
+                         "\"absorption\": 0.5 } }, \"objects\": [ { \"shape\": { \"kind\": \"box\", \"size\": [2, 2, 2] }, \"medium\": \"m\" } ] }", &err);
+  CHECK_MSG(s, "%s", err.text);
+  static BlackBody b;
+  black_body_make(&b);
+  const Vec3 color = black_body_at(&b, 1.25f * (2600 - 100));
+  const Picture p = picture_of(s, parallel(0, 0, 9, 0, 0, 0, 1e-3f), 16, 64);
+  for (int k = 0; k < 3; k++) CHECK_NEAR(p.mean[k], (1 - exp(-1)) * (double)color[k], 6 * p.error + 2e-3);
+  scene_destroy(s);
+  s = sample_load("{ \"rayfold\": 1, \"media\": { \"m\": { \"kind\": \"grid\", \"file\": \"one.grid\", \"heat\": \"none.grid\" } } }", &err);
+  CHECK(s && !world_prepare(s, NULL, NULL, NULL, NULL, &err));
+  CHECK_TEXT(err.text, "none.grid");
   scene_destroy(s);
 }
 

@@ -122,23 +122,27 @@ static bool save_merged(rf_scene *s, const char *path, bool (*export)(const Mesh
 static bool save_voxels(rf_scene *s, const char *path, Err *err)
 {
   uint32_t reduced = 0;
+  const bool is_grid = text_ends(path, ".grid");
   Voxels *v = scene_merge_voxels(s->scene, err);
   if (!v && !err->kind)
     return err_set(err, ERR_BAD_SCENE, "\"%s\": the scene is not all voxels on one lattice; make voxels of it first (rf_voxelise, "
                    "`rayfold convert --voxels N`)", path);
-  const bool ok = v && vox_write(v, path, &reduced, err);
+  const bool ok = v && (is_grid ? export_grid(v, (double)s->scene->objects.items[0].shape.voxels.voxel_size, path, err)
+                                : vox_write(v, path, &reduced, err));
   voxels_release(v);
+  if (ok && is_grid)
+    note_once(&s->scene->notes, "%s: a grid holds densities and no colours; as smoke in a scene file voxels keep theirs", path);
   if (ok && reduced)
     note_once(&s->scene->notes, "%s: %u kinds of voxels became the nearest of 255, which is all a .vox file holds", path, reduced);
   return ok;
 }
 
 // One object of voxels, where the surfaces of the world were.
-static Scene *voxel_scene(const World *w, int side, bool is_solid, Err *err)
+static Scene *voxel_scene(const World *w, int side, bool is_solid, float density, Err *err)
 {
   float cell, corner[3];
   Scene *made = scene_create(err);
-  SceneVoxels v = {.data = made ? world_voxelise(w, side, is_solid, &cell, corner, err) : NULL};
+  SceneVoxels v = {.data = made ? world_voxelise(w, side, is_solid, density, &cell, corner, err) : NULL};
   const int32_t voxels_i = v.data ? scene_add_voxels(made, &v) : -1;
   const int32_t object = voxels_i >= 0 ? scene_add_object(made, SHAPE_VOXELS, "voxels") : -1;
   if (object < 0) {
@@ -154,13 +158,14 @@ static Scene *voxel_scene(const World *w, int side, bool is_solid, Err *err)
   return made;
 }
 
-rf_scene *rf_voxelise(rf_scene *s, int side, bool is_solid)
+rf_scene *rf_voxelise(rf_scene *s, int side, bool is_solid, float density)
 {
   if (!s) return api_bad_argument("rf_voxelise", "the scene is NULL"), NULL;
-  if (side < 1 || side > VOXELS_MOST_SIDE) return api_bad_argument("rf_voxelise", "%d cells a side; there are 1 to %d", side, VOXELS_MOST_SIDE), NULL;
+  if (side < 0 || side > VOXELS_MOST_SIDE) return api_bad_argument("rf_voxelise", "%d cells a side; there are 1 to %d", side, VOXELS_MOST_SIDE), NULL;
+  if (!(density >= 0)) return api_bad_argument("rf_voxelise", "a density of %g; it must not be below 0", (double)density), NULL;
   Err err = {0};
   World *w = world_prepare(s->scene, NULL, &s->options, s->engine->jobs, &s->engine->cancel, &err);
-  Scene *made = w ? voxel_scene(w, side, is_solid, &err) : NULL;
+  Scene *made = w ? voxel_scene(w, side, is_solid, density, &err) : NULL;
   world_release(w);
   api_fail(&err);
   return made ? wrap(s->engine, made, NULL) : NULL;
@@ -175,9 +180,9 @@ bool rf_scene_save(rf_scene *s, const char *path)
   else if (text_ends(path, ".ply")) save_merged(s, path, export_ply, &err);
   else if (text_ends(path, ".obj")) save_merged(s, path, export_obj, &err);
   else if (text_ends(path, ".stl")) save_merged(s, path, export_stl, &err);
-  else if (text_ends(path, ".vox")) save_voxels(s, path, &err);
+  else if (text_ends(path, ".vox") || text_ends(path, ".grid")) save_voxels(s, path, &err);
   else
-    err_set(&err, ERR_BAD_ARGUMENT, "\"%s\": a scene can be saved as .json or .rfm, its triangles as .ply, .obj or .stl, and its voxels as .vox",
+    err_set(&err, ERR_BAD_ARGUMENT, "\"%s\": a scene can be saved as .json or .rfm, its triangles as .ply, .obj or .stl, and its voxels as .vox or .grid",
             path);
   return api_fail(&err);
 }

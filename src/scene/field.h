@@ -118,7 +118,7 @@ enum { LEAST_POINTS = 3, MOST_POINTS = 64 };
 // Must it be given, wherever its kind has no other way to get one?
 static inline bool field_is_required(const Field *f)
 {
-  return f->type == FIELD_file || f->type == FIELD_path || f->type == FIELD_keys;
+  return (f->type == FIELD_file && !f->text) || f->type == FIELD_path || f->type == FIELD_keys;
 }
 
 // Sets every field to its default.

@@ -144,6 +144,9 @@ static const Field medium_cloud_fields[] = {MEDIUM_CLOUD_FIELDS(FIELD_ROW)};
 #define FIELD_OWNER MediumWisps
 static const Field medium_wisps_fields[] = {MEDIUM_WISPS_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
+#define FIELD_OWNER MediumFlame
+static const Field medium_flame_fields[] = {MEDIUM_FLAME_FIELDS(FIELD_ROW)};
+#undef FIELD_OWNER
 #define FIELD_OWNER ObjectCommon
 static const Field object_fields[] = {OBJECT_FIELDS(FIELD_ROW)};
 #undef FIELD_OWNER
@@ -321,6 +324,7 @@ static const Kind medium_kinds[] = {
     KIND("ball", medium_ball_fields, "A ball that thins out, with waves in it."),
     KIND("cloud", medium_cloud_fields, "An ellipsoid of lumps, made of noise."),
     KIND("wisps", medium_wisps_fields, "Thin sheets of smoke, drawn out by whirls."),
+    KIND("flame", medium_flame_fields, "A flame, torn by whirls, hottest in its middle. Give it `temperature`, `glow` and `absorption`."),
 };
 static const Kind object_kinds[] = {{"object", NULL, 0, ""}};
 static const Kind shape_kinds[] = {

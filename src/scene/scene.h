@@ -422,13 +422,24 @@ typedef struct Material {
   F(color, scattering, (1, 1, 1), 0, NO_LIMIT, "1/m", "Scattering coefficient: light turned aside.")                \
   F(color, absorption, (0, 0, 0), 0, NO_LIMIT, "1/m", "Absorption coefficient: light lost.")                        \
   F(color, emission, (0, 0, 0), 0, NO_LIMIT, "W/m3sr", "Radiance that a metre adds.")                               \
+  F(real,  temperature, 0, 0, 1e6, "K", "What absorbs glows as a black body this hot; times the heat of media that have one.") \
+  F(real,  glow, 1, 0, NO_LIMIT, "", "How bright that is: of the black body's spectrum, whose peak counts as 1.")   \
   F(real,  anisotropy, 0, -1, 1, "", "Mean cosine g of scattering (Henyey-Greenstein): 0 all ways alike, above it forward; held to 0.99 at most.") \
   F(real,  second_anisotropy, 0, -1, 1, "", "The same of a second lobe.")                                     \
   F(real,  second_part, 0, 0, 1, "", "Part of the light that goes by the second lobe.")
 FIELD_STRUCT(MediumCommon, MEDIUM_FIELDS);
 
-#define MEDIUM_GRID_FIELDS(F) \
-  F(file, file, NULL, 0, 0, "", "A `.grid` (see docs/media.md), or `.nvdb` where this program can read it.")
+#define MEDIUM_GRID_FIELDS(F)                                                                    \
+  F(file, file, NULL, 0, 0, "", "A `.grid` (see docs/media.md), or `.nvdb` where this program can read it.") \
+  F(file, heat, "", 0, 0, "", "Another one, of how hot it is where; without it 1 everywhere.")  \
+  F(real, heat_offset, 0, -NO_LIMIT, NO_LIMIT, "", "The heat of 0 K; what lies above it is multiplied by `temperature`.")
+#define MEDIUM_FLAME_FIELDS(F)                                                                   \
+  F(vec3,    size, (0.6, 1.6, 0.6), 1e-6, 1e6, "m", "The box it burns in; centred.")              \
+  F(real,    lump, 0.35, 1e-6, 1e6, "m", "Size of the whirls.")                                   \
+  F(real,    swirl, 1, 0, 16, "", "How far whirls tear it.")                                      \
+  F(real,    rise, 0, -1e6, 1e6, "m", "How far it has risen: move it for a flame that burns.")    \
+  F(integer, seed, 1, 0, 2147483647, "", "Another number, another flame.")                        \
+  F(integer, resolution, 96, 4, 1024, "", "Values along the longest side.")
 #define MEDIUM_BALL_FIELDS(F)                                                                    \
   F(real, radius, 0.5, 1e-6, NO_LIMIT, "m", "1 at the origin, falling to 0 here.")                \
   F(real, waves, 0, 0, 1000, "rad/m", "Multiplies by (1 + sin x sin y sin z) / 2, this fast.")    \
@@ -451,8 +462,9 @@ FIELD_STRUCT(MediumGrid, MEDIUM_GRID_FIELDS);
 FIELD_STRUCT(MediumBall, MEDIUM_BALL_FIELDS);
 FIELD_STRUCT(MediumCloud, MEDIUM_CLOUD_FIELDS);
 FIELD_STRUCT(MediumWisps, MEDIUM_WISPS_FIELDS);
+FIELD_STRUCT(MediumFlame, MEDIUM_FLAME_FIELDS);
 
-typedef enum MediumKind { MEDIUM_HOMOGENEOUS, MEDIUM_GRID, MEDIUM_BALL, MEDIUM_CLOUD, MEDIUM_WISPS } MediumKind;
+typedef enum MediumKind { MEDIUM_HOMOGENEOUS, MEDIUM_GRID, MEDIUM_BALL, MEDIUM_CLOUD, MEDIUM_WISPS, MEDIUM_FLAME } MediumKind;
 typedef struct Medium {
   const char *name;
   int32_t kind; // MediumKind
@@ -462,6 +474,7 @@ typedef struct Medium {
     MediumBall ball;
     MediumCloud cloud;
     MediumWisps wisps;
+    MediumFlame flame;
   };
 } Medium;
 
@@ -818,6 +831,8 @@ bool scene_load_voxels(Scene *s, const char *path, int32_t *voxels_i, Err *err);
 // All objects of a scene in one grid, if all are voxels of one size on one lattice. NULL: they are not (err stays as it
 // is), or there is no memory for it.
 struct Voxels *scene_merge_voxels(const Scene *s, Err *err);
+// Voxels with cells this many metres wide as a `.grid`, centred; colours are left out.
+bool export_grid(const struct Voxels *v, double cell, const char *path, Err *err);
 // Where a grid's first corner lies in the object's space; v may be NULL.
 Vec3 voxels_origin(const ShapeVoxels *shape, const struct Voxels *v);
 
@@ -865,6 +880,7 @@ bool import_ply(Scene *s, const char *path, const LoadOptions *options, Err *err
 bool import_stl(Scene *s, const char *path, const LoadOptions *options, Err *err);
 bool import_rfm(Scene *s, const char *path, const LoadOptions *options, Err *err); // our own saved models
 bool import_vox(Scene *s, const char *path, const LoadOptions *options, Err *err);
+bool import_grid(Scene *s, const char *path, const LoadOptions *options, Err *err);
 bool import_json(Scene *s, const char *path, const LoadOptions *options, Err *err); // our own scene file
 
 #endif

@@ -32,6 +32,7 @@ static const Format formats[] = {
     {".gltf", "a glTF model", import_gltf, true},  {".glb", "a binary glTF model", import_gltf, true},
     {".ply", "a PLY model", import_ply, true},     {".stl", "an STL model", import_stl, true},
     {".rfm", "a saved model", import_rfm, false},  {".vox", "a MagicaVoxel model", import_vox, false},
+    {".grid", "a grid of densities", import_grid, false}, {".nvdb", "a NanoVDB grid", import_grid, false},
 };
 enum { FORMAT_COUNT = sizeof formats / sizeof *formats };
 
@@ -240,7 +241,7 @@ static bool check_element(const Scene *s, const Group *g, const void *element, T
   const Field *f;
   void *at;
   for (size_t i = 0; (f = group_field_at(g, element, i, &at)); i++)
-    if (f->type == FIELD_file && *(const char **)at && !check_file(s, *(const char **)at, path, err))
+    if (f->type == FIELD_file && *(const char **)at && **(const char **)at && !check_file(s, *(const char **)at, path, err))
       return false;
   return !g->nested || check_element(s, g->nested, group_nested(g, element), path, err);
 }

@@ -123,7 +123,7 @@ static bool move_files(Saver *s, const Group *g, void *element)
   void *at;
   for (size_t i = 0; (f = group_field_at(g, element, i, &at)); i++) {
     const char **file = at;
-    if (f->type != FIELD_file || !*file) continue;
+    if (f->type != FIELD_file || !*file || !**file) continue;
     *file = moved_name(s, *file);
     if (!*file) return err_memory(s->err, "a file name", 0);
   }

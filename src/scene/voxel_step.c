@@ -175,12 +175,32 @@ static bool fill_cells(Step *s, const int32_t from[3], const int32_t to[3], bool
   return true;
 }
 
+// Cells of many colours take a byte each, at least. What more than half of the machine's memory would be needed for is not
+// begun; only whole bricks inside are counted.
+static bool has_room(const Step *s, const int32_t lo[3], const int32_t hi[3])
+{
+  const double memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
+  const double all = (double)(hi[0] - lo[0]) * (hi[1] - lo[1]) * (hi[2] - lo[2]);
+  double bytes = 0;
+  if (s->entry >= 0 || s->what->common.mode != VOXEL_SET || all < memory / 2) return true;
+  for (int32_t z = lo[2] & ~7; z < hi[2]; z += 8)
+    for (int32_t y = lo[1] & ~7; y < hi[1]; y += 8)
+      for (int32_t x = lo[0] & ~7; x < hi[0]; x += 8) {
+        const float middle[3] = {(float)x + 4 - s->move[0], (float)y + 4 - s->move[1], (float)z + 4 - s->move[2]};
+        if (body_distance(s->what, middle) < -6.07f) bytes += 512;
+      }
+  return bytes < memory / 2 ||
+         err_set(s->err, ERR_NO_MEMORY, "cells of random colours need %.1f GB here, more than half of this machine's %.1f GB; fill less, or "
+                 "leave out the randomness", bytes * 1e-9, memory * 1e-9);
+}
+
 static bool fill_body(Step *s)
 {
   float from[3], to[3];
   int32_t lo[3], hi[3];
   body_box(s->what, from, to);
   if (!clip_cells(s, from, to, lo, hi)) return true;
+  if (!has_room(s, lo, hi)) return false;
   const VoxelMode mode = (VoxelMode)s->what->common.mode;
   const bool is_plain = mode == VOXEL_ERASE || (mode == VOXEL_SET && s->entry >= 0);
   for (int32_t z = lo[2] & ~7; z < hi[2]; z += 8)

@@ -9,6 +9,7 @@
 
 #include "base/fmath.h"
 #include "base/mem.h"
+#include "shade/spectrum.h"
 
 enum { BANDS = 8, BAND_STEPS = 4 }; // a band is 40 nm wide, the tables go in steps of 10 nm
 
@@ -60,23 +61,6 @@ typedef struct Bake {
 } Bake;
 
 // --- colours ----------------------------------------------------------------------------------------
-// One lobe of Wyman, Sloan and Shirley, "Simple analytic approximations to the CIE XYZ color matching functions", 2013.
-static float lobe(float nm, float middle, float below, float above)
-{
-  const float t = (nm - middle) / (nm < middle ? below : above);
-  return f_exp(-0.5f * t * t);
-}
-
-static Vec3 rec709_of(float nm)
-{
-  const float x = 1.056f * lobe(nm, 599.8f, 37.9f, 31.0f) + 0.362f * lobe(nm, 442.0f, 16.0f, 26.7f) -
-                  0.065f * lobe(nm, 501.1f, 20.4f, 26.2f);
-  const float y = 0.821f * lobe(nm, 568.8f, 46.9f, 40.5f) + 0.286f * lobe(nm, 530.9f, 16.3f, 31.1f);
-  const float z = 1.217f * lobe(nm, 437.0f, 11.8f, 36.0f) + 0.681f * lobe(nm, 459.0f, 26.0f, 13.8f);
-  return v3(3.2406f * x - 1.5372f * y - 0.4986f * z, -0.9689f * x + 1.8758f * y + 0.0415f * z,
-            0.0557f * x - 0.2040f * y + 1.0570f * z); // IEC 61966-2-1
-}
-
 static void set_bands(Bake *b)
 {
   const float ozone_density = 300 * 2.687e20f / (OZONE_HALF * 1000); // 300 Dobson units, molecules per m3

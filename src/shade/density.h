@@ -19,17 +19,22 @@
 
 typedef enum DensityKind { DENSITY_GRID, DENSITY_BALL, DENSITY_VOXELS } DensityKind;
 
+// Values in a box, each in the middle of its voxel.
+typedef struct DensityValues {
+  Vec3 lo, hi;
+  uint32_t size[3]; // along x, y, z
+  float *values;    // x fastest; NULL: none
+} DensityValues;
+
 typedef struct Density {
   uint8_t kind; // DensityKind
   bool has_tint, has_glow;
   Vec3 lo, hi;
   uint32_t cells[3];
   float *most;
+  DensityValues heat; // how hot it is, by what a medium's temperature counts; none: 1
   union {
-    struct {
-      uint32_t size[3]; // values along x, y, z; each stands in the middle of its voxel
-      float *values;    // x fastest
-    } grid;
+    DensityValues grid;
     struct {
       Vec3 waves_origin;
       float radius, waves;
@@ -42,22 +47,22 @@ typedef struct Density {
 } Density;
 
 // Trilinear between the middles of voxels; beyond the outermost middles as there.
-static inline float density_grid(const Density *d, Vec3 p)
+static inline float density_mix(const DensityValues *g, Vec3 p)
 {
   size_t at[3], step[3];
   float part[3];
   size_t stride = 1, base = 0;
   for (int k = 0; k < 3; k++) {
-    const float last = (float)(d->grid.size[k] - 1);
-    const float x = clamp_f((p[k] - d->lo[k]) / (d->hi[k] - d->lo[k]) * (float)d->grid.size[k] - 0.5f, 0, last);
+    const float last = (float)(g->size[k] - 1);
+    const float x = clamp_f((p[k] - g->lo[k]) / (g->hi[k] - g->lo[k]) * (float)g->size[k] - 0.5f, 0, last);
     const float whole = min_f(floorf(x), max_f(last - 1, 0));
     at[k] = (size_t)whole;
     part[k] = x - whole;
     base += at[k] * stride;
-    step[k] = d->grid.size[k] > 1 ? stride : 0;
-    stride *= d->grid.size[k];
+    step[k] = g->size[k] > 1 ? stride : 0;
+    stride *= g->size[k];
   }
-  const float *v = d->grid.values + base;
+  const float *v = g->values + base;
   const float x00 = mix_f(v[0], v[step[0]], part[0]);
   const float x10 = mix_f(v[step[1]], v[step[1] + step[0]], part[0]);
   const float x01 = mix_f(v[step[2]], v[step[2] + step[0]], part[0]);
@@ -84,7 +89,7 @@ static inline float density_at(const Density *d, Vec3 p)
   for (int k = 0; k < 3; k++)
     if (!(p[k] >= d->lo[k] && p[k] <= d->hi[k])) return 0;
   switch ((DensityKind)d->kind) {
-  case DENSITY_GRID: return density_grid(d, p);
+  case DENSITY_GRID: return density_mix(&d->grid, p);
   case DENSITY_BALL: return density_ball(d, p);
   case DENSITY_VOXELS: return density_entry(d, p) ? 1 : 0;
   }
@@ -111,6 +116,11 @@ static inline Vec3 density_glow(const Density *d, Vec3 p)
   case DENSITY_VOXELS: return d->voxels.glows[density_entry(d, p)];
   }
   unreachable();
+}
+
+static inline float density_heat(const Density *d, Vec3 p)
+{
+  return d->heat.values ? density_mix(&d->heat, p) : 1;
 }
 
 // --- bounds along a ray -----------------------------------------------------------------------------

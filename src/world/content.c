@@ -30,11 +30,20 @@ static uint64_t image_part_hash(uint64_t h, const Image *i)
   return i->pixels ? hash_bulk(h, i->pixels, size) : h;
 }
 
+static uint64_t values_hash(uint64_t h, const DensityValues *g)
+{
+  const size_t count = g->values ? (size_t)g->size[0] * g->size[1] * g->size[2] : 0;
+  return hash_floats(hash_bulk(h, g->size, sizeof g->size), g->values, count);
+}
+
 static uint64_t density_hash(uint64_t h, const Density *d)
 {
-  if (d->kind != DENSITY_GRID) return h; // a formula, which the scene's text has whole
-  const size_t count = (size_t)d->grid.size[0] * d->grid.size[1] * d->grid.size[2];
-  return hash_floats(hash_bulk(h, d->grid.size, sizeof d->grid.size), d->grid.values, count);
+  switch ((DensityKind)d->kind) {
+  case DENSITY_GRID: return values_hash(values_hash(h, &d->grid), &d->heat);
+  case DENSITY_BALL: return h; // a formula, which the scene's text has whole
+  case DENSITY_VOXELS: return voxels_hash(h, d->voxels.cells);
+  }
+  unreachable();
 }
 
 uint64_t world_content_hash(const World *w)

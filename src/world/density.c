@@ -16,6 +16,7 @@ void density_part_release(DensityPart *part)
 {
   if (!part || atomic_fetch_sub_explicit(&part->users, 1, memory_order_acq_rel) != 1) return;
   mem_free(part->density.most);
+  mem_free(part->density.heat.values);
   switch ((DensityKind)part->density.kind) {
   case DENSITY_GRID: mem_free(part->density.grid.values); break;
   case DENSITY_BALL: break;
@@ -156,6 +157,36 @@ static float wisps_density(const MediumWisps *w, Vec3 p)
   return sheet * sheet * lumps * min_f(2 * inside, 1);
 }
 
+// A drop, pointed above, that whirls tear more the higher it has come. What is whirled came from below, so noise stands
+// still in what rises. Returns how far inside of it a place is: 0 at its skin, 1 in its middle.
+static float flame_inside(const MediumFlame *f, Vec3 p)
+{
+  enum { STEPS = 4 };
+  const Vec3 half = 0.5f * v3_load(f->size);
+  const float up = 0.5f + 0.5f * p[1] / half[1];
+  const float edge = v3_max_lane(v3(fabsf(p[0] / half[0]), fabsf(p[1] / half[1]), fabsf(p[2] / half[2])));
+  Vec3 q = p, moved = v3(0, f->rise, 0);
+  for (int i = 0; i < STEPS; i++)
+    q -= (f->swirl * f->lump * 0.25f * up / STEPS) * noise_curl((q - moved) / f->lump, (uint32_t)f->seed);
+  const float h = clamp_f(0.5f + 0.5f * q[1] / half[1], 0, 1);
+  const float wide = 1.6f * sqrtf(h) * (1 - h) * (1.2f - 0.35f * h) + 1e-3f;
+  const float off = sqrtf(sqr_f(q[0] / half[0]) + sqr_f(q[2] / half[2])) / wide;
+  return clamp_f(1 - off, 0, 1) * clamp_f(8 * (1 - edge), 0, 1);
+}
+
+// Burnt gas fills it; soot is thickest between the middle, where nothing has burnt yet, and the skin.
+static float flame_density(const MediumFlame *f, Vec3 p)
+{
+  const float inside = flame_inside(f, p);
+  return inside * (1.5f - inside) * clamp_f(0.75f + 0.6f * noise_octaves((p - v3(0, f->rise, 0)) / f->lump, 3, (uint32_t)f->seed + 50), 0, 1.5f);
+}
+
+static float flame_heat(const MediumFlame *f, Vec3 p)
+{
+  const float up = 0.5f + p[1] / f->size[1];
+  return (0.62f + 0.38f * sqrtf(flame_inside(f, p))) * (1 - 0.22f * clamp_f(up, 0, 1));
+}
+
 // --- densities --------------------------------------------------------------------------------------
 typedef struct Baking {
   const Medium *medium;
@@ -177,11 +208,14 @@ static void bake_slice(void *user, size_t z, int worker)
   for (size_t y = 0; y < d->grid.size[1]; y++)
     for (size_t x = 0; x < d->grid.size[0]; x++) {
       const Vec3 p = voxel_middle(d, x, y, z);
-      float *out = &d->grid.values[(z * d->grid.size[1] + y) * d->grid.size[0] + x];
+      const size_t i = (z * d->grid.size[1] + y) * d->grid.size[0] + x;
       if (b->medium->kind == MEDIUM_CLOUD)
-        *out = cloud_density(&b->medium->cloud, p);
+        d->grid.values[i] = cloud_density(&b->medium->cloud, p);
+      else if (b->medium->kind == MEDIUM_WISPS)
+        d->grid.values[i] = wisps_density(&b->medium->wisps, p);
       else
-        *out = wisps_density(&b->medium->wisps, p);
+        d->grid.values[i] = flame_density(&b->medium->flame, p);
+      if (d->heat.values) d->heat.values[i] = flame_heat(&b->medium->flame, p);
     }
 }
 
@@ -200,31 +234,48 @@ static bool bake(const Medium *m, const float size[3], int32_t resolution, Densi
   }
   if (!grid_allocate(&g, m->name, err)) return false;
   out->grid.values = g.values;
+  out->grid.lo = out->lo;
+  out->grid.hi = out->hi;
+  if (m->kind == MEDIUM_FLAME) {
+    if (!grid_allocate(&g, m->name, err)) return false;
+    out->heat = out->grid;
+    out->heat.values = g.values;
+  }
   Baking b = {m, out};
   return jobs_run(jobs, out->grid.size[2], bake_slice, &b, cancel) ||
          err_set(err, ERR_CANCELLED, "preparing was cancelled");
 }
 
-static bool read_file(const Scene *s, const Medium *m, const LoadOptions *options, Density *out, Err *err)
+static bool read_values(const Scene *s, const char *name, const char *file, const LoadOptions *options, DensityValues *out, Err *err)
 {
   Text path = {0};
   Grid g = {0};
-  const bool ok = scene_file_path(s, m->grid.file, options, &path, err) && grid_read(&g, text_get(&path), err);
+  const bool ok = scene_file_path(s, file, options, &path, err) && grid_read(&g, text_get(&path), err);
   text_finish(&path);
-  if (!ok) return err_where(err, "medium \"%s\"", m->name);
-  out->kind = DENSITY_GRID;
-  out->lo = v3_load(g.lo);
-  out->hi = v3_load(g.hi);
-  out->grid.values = g.values;
-  for (int k = 0; k < 3; k++) out->grid.size[k] = g.size[k];
+  if (!ok) return err_where(err, "medium \"%s\"", name);
+  *out = (DensityValues){v3_load(g.lo), v3_load(g.hi), {g.size[0], g.size[1], g.size[2]}, g.values};
   return true;
+}
+
+static bool has_heat(const Medium *m)
+{
+  return m->grid.heat && *m->grid.heat;
+}
+
+static bool read_files(const Scene *s, const Medium *m, const LoadOptions *options, Density *out, Err *err)
+{
+  out->kind = DENSITY_GRID;
+  if (!read_values(s, m->name, m->grid.file, options, &out->grid, err)) return false;
+  out->lo = out->grid.lo;
+  out->hi = out->grid.hi;
+  return !has_heat(m) || read_values(s, m->name, m->grid.heat, options, &out->heat, err);
 }
 
 static bool make(Prepare *p, const Scene *s, const Medium *m, Density *out)
 {
   switch ((MediumKind)m->kind) {
   case MEDIUM_HOMOGENEOUS: return true; // never asked for
-  case MEDIUM_GRID: return read_file(s, m, p->options, out, p->err);
+  case MEDIUM_GRID: return read_files(s, m, p->options, out, p->err);
   case MEDIUM_BALL:
     out->kind = DENSITY_BALL;
     out->hi = v3_all(m->ball.radius);
@@ -235,11 +286,29 @@ static bool make(Prepare *p, const Scene *s, const Medium *m, Density *out)
     return true;
   case MEDIUM_CLOUD: return bake(m, m->cloud.size, m->cloud.resolution, out, p->jobs, p->cancel, p->err);
   case MEDIUM_WISPS: return bake(m, m->wisps.size, m->wisps.resolution, out, p->jobs, p->cancel, p->err);
+  case MEDIUM_FLAME: return bake(m, m->flame.size, m->flame.resolution, out, p->jobs, p->cancel, p->err);
   }
   unreachable();
 }
 
-// Of what a density is made of: its parameters, or its file's name, size and time.
+// Of a file: its name, size and time.
+static bool add_file(const Prepare *p, const Scene *s, const Medium *m, const char *file, uint64_t *key)
+{
+  Text path = {0};
+  struct stat st = {0};
+  if (!scene_file_path(s, file, p->options, &path, p->err)) {
+    text_finish(&path);
+    return err_where(p->err, "medium \"%s\"", m->name);
+  }
+  (void)stat(text_get(&path), &st); // a missing file is reported when it is opened
+  const uint64_t state[4] = {(uint64_t)st.st_size, (uint64_t)st.st_mtim.tv_sec, (uint64_t)st.st_mtim.tv_nsec,
+                             (uint64_t)st.st_ino};
+  *key = hash_bytes(hash_bytes(*key, text_get(&path), path.length), state, sizeof state);
+  text_finish(&path);
+  return true;
+}
+
+// Of what a density is made of: its parameters, or its files.
 static bool density_key(const Prepare *p, const Scene *s, const Medium *m, uint64_t *key)
 {
   const uint64_t kind = (uint64_t)m->kind + 1;
@@ -248,22 +317,12 @@ static bool density_key(const Prepare *p, const Scene *s, const Medium *m, uint6
   case MEDIUM_BALL: *key = hash_bytes(kind, &m->ball, sizeof m->ball); return true;
   case MEDIUM_CLOUD: *key = hash_bytes(kind, &m->cloud, sizeof m->cloud); return true;
   case MEDIUM_WISPS: *key = hash_bytes(kind, &m->wisps, sizeof m->wisps); return true;
-  case MEDIUM_GRID: {
-    Text path = {0};
-    struct stat st = {0};
+  case MEDIUM_FLAME: *key = hash_bytes(kind, &m->flame, sizeof m->flame); return true;
+  case MEDIUM_GRID:
     if (!m->grid.file)
       return err_set(p->err, ERR_BAD_SCENE, "medium \"%s\" names no file; give it one, \"file\": \"smoke.grid\"", m->name);
-    if (!scene_file_path(s, m->grid.file, p->options, &path, p->err)) {
-      text_finish(&path);
-      return err_where(p->err, "medium \"%s\"", m->name);
-    }
-    (void)stat(text_get(&path), &st); // a missing file is reported when it is opened
-    const uint64_t state[4] = {(uint64_t)st.st_size, (uint64_t)st.st_mtim.tv_sec, (uint64_t)st.st_mtim.tv_nsec,
-                               (uint64_t)st.st_ino};
-    *key = hash_bytes(hash_bytes(kind, text_get(&path), path.length), state, sizeof state);
-    text_finish(&path);
-    return true;
-  }
+    *key = kind;
+    return add_file(p, s, m, m->grid.file, key) && (!has_heat(m) || add_file(p, s, m, m->grid.heat, key));
   }
   unreachable();
 }

@@ -126,6 +126,8 @@ Camera world_frame_camera(const World *w, float aspect)
   e.right = v3_normalize(v3_cross(v3(0, 1, 0), e.back));
   e.up = v3_cross(e.back, e.right);
   for (size_t i = 0; i < w->instance_count; i++) see_instance(&e, w, &accel_instances(w->accel)[i]);
+  for (size_t i = 0; i < w->media_count; i++) // of the atmosphere there is no end
+    if (w->media[i].object_i != NO_HIT) see_instance(&e, w, &accel_instances(w->media_accel)[i]);
   float distance =
       max_f((e.left_most + e.right_most) / (2 * e.tan_x), (e.down_most + e.up_most) / (2 * e.tan_y));
   if (!(distance > e.near_most)) distance = e.near_most + 1; // a single point

@@ -8,12 +8,35 @@
 // through a density, once a metre where it is everywhere.
 static float least_chance(const Volume *v)
 {
-  if (v3_is_zero(v->emission)) return 0;
+  if (v3_is_zero(v->emission) && !v->black_body) return 0;
   if (!v->density) return 1;
   float most = 0;
   const Density *d = v->density;
   for (size_t i = 0; i < (size_t)d->cells[0] * d->cells[1] * d->cells[2]; i++) most = fmaxf(most, d->most[i]);
   return most > 0 ? 8 / (most * v3_length(d->hi - d->lo)) : 0;
+}
+
+// By Kirchhoff's law what absorbs shines as a black body does.
+static bool add_black_body(Prepare *p, const Medium *m, Volume *out)
+{
+  const MediumCommon *c = &m->common;
+  const Vec3 hot = c->density * c->glow * v3_load(c->absorption);
+  if (!(c->temperature > 0) || v3_is_zero(hot)) return true;
+  BlackBody *b = p->world->black_body;
+  if (!b) {
+    b = p->world->black_body = arena_alloc(&p->world->arena, 1, sizeof *b);
+    if (!b) return prepare_failed_memory(p);
+    black_body_make(b);
+  }
+  if (!out->density || !out->density->heat.values) {
+    out->emission += hot * black_body_at(b, c->temperature);
+    return true;
+  }
+  out->black_body = b;
+  out->hot = hot;
+  out->kelvin = c->temperature;
+  out->coldest = m->kind == MEDIUM_GRID ? m->grid.heat_offset : 0;
+  return v3_is_finite(hot) || err_set(p->err, ERR_BAD_SCENE, "medium \"%s\": its glow is too large for a number", m->name);
 }
 
 static bool from_medium(Prepare *p, const Scene *s, const Medium *m, Volume *out)
@@ -27,6 +50,7 @@ static bool from_medium(Prepare *p, const Scene *s, const Medium *m, Volume *out
                        c->second_part};
   out->density = m->kind == MEDIUM_HOMOGENEOUS ? NULL : prepare_density(p, s, m);
   if (m->kind != MEDIUM_HOMOGENEOUS && !out->density) return false;
+  if (!add_black_body(p, m, out)) return false;
   out->most = fmaxf(v3_max_lane(out->extinction), least_chance(out));
   return (v3_is_finite(out->extinction) && v3_is_finite(out->emission)) ||
          err_set(p->err, ERR_BAD_SCENE, "medium \"%s\": density times its coefficients is too large for a number", m->name);

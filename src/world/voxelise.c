@@ -5,6 +5,7 @@
 
 #include "accel/place.h"
 #include "accel/traverse.h"
+#include "shade/albedo.h"
 #include "shade/texture_lookup.h"
 #include "world/parts.h"
 
@@ -184,7 +185,85 @@ static bool put_lines(const Voxeliser *x, bool is_solid)
   return true;
 }
 
-Voxels *world_voxelise(const World *w, int32_t side, bool is_solid, float *cell, float corner[3], Err *err)
+// --- media --------------------------------------------------------------------------------------------------------
+static bool is_inside(const Instance *i, Vec3 p, bool is_box)
+{
+  const Vec3 at = frame_point(&i->object_from_world, p);
+  if (i->kind == INSTANCE_SPHERE) return v3_length(at) <= i->size[0];
+  return !is_box || v3_max_lane(v3_abs(at)) <= 0.5f + 1e-5f; // a mesh holds all of its density
+}
+
+static int32_t smoke_entry(const Voxeliser *x, const Volume *v, Vec3 there)
+{
+  VoxelLook look = voxel_look_plain();
+  float color[3];
+  if (v->density && v->density->kind == DENSITY_VOXELS) { // what it was before it was smoke
+    const VoxelPalette *p = v->density->voxels.cells->palette;
+    const VoxelEntry *e = &p->entries[density_entry(v->density, there)];
+    const int32_t look_i = voxel_edit_look(x->edit, &p->looks[e->look]);
+    return voxel_edit_color(x->edit, e->color, look_i < 0 ? 0 : (uint32_t)look_i);
+  }
+  const Vec3 scattering = volume_scattering(v, there);
+  for (int k = 0; k < 3; k++) color[k] = v->extinction[k] > 0 ? rounded(reflectance_of_albedo(scattering[k] / v->extinction[k])) : 1;
+  const int32_t look_i = voxel_edit_look(x->edit, &look);
+  return voxel_edit_color(x->edit, color, look_i < 0 ? 0 : (uint32_t)look_i);
+}
+
+static bool put_medium(const Voxeliser *x, uint32_t i, float density)
+{
+  const Instance *boundary = &accel_instances(x->world->media_accel)[i];
+  const WorldMedium *m = &x->world->media[i];
+  const Volume *v = &x->world->volumes[m->volume];
+  int32_t c[3];
+  for (c[2] = 0; c[2] < x->size[2]; c[2]++)
+    for (c[1] = 0; c[1] < x->size[1]; c[1]++)
+      for (c[0] = 0; c[0] < x->size[0]; c[0]++) {
+        const Vec3 p = x->corner + x->cell * v3((float)c[0] + 0.5f, (float)c[1] + 0.5f, (float)c[2] + 0.5f);
+        const Vec3 there = frame_point(&m->medium_from_world, p);
+        const float here = v->density ? density_at(v->density, there) : 1;
+        if (here < density || !is_inside(boundary, p, m->is_box) || voxel_edit_get(x->edit, c[0], c[1], c[2])) continue;
+        const int32_t entry = smoke_entry(x, v, there);
+        if (entry < 0 || !voxel_edit_put(x->edit, c[0], c[1], c[2], (uint32_t)entry)) return err_memory(x->err, "voxels", 0);
+      }
+  return true;
+}
+
+static bool put_media(const Voxeliser *x, float density)
+{
+  const Accel *a = x->world->media_accel;
+  for (uint32_t i = 0; density > 0 && a && i < a->instance_count; i++)
+    if (!put_medium(x, i, density)) return false;
+  return true;
+}
+
+// How wide the smallest of the cells of media are that have some; 0: none have.
+static float media_cell(const World *w)
+{
+  float least = 0;
+  for (uint32_t i = 0; w->media_accel && i < w->media_accel->instance_count; i++) {
+    const Density *d = w->volumes[w->media[i].volume].density;
+    const Frame f = frame_inverse(&w->media[i].medium_from_world);
+    const Vec3 axes[3] = {f.x, f.y, f.z};
+    for (int k = 0; d && k < 3; k++) {
+      const float cells = d->kind == DENSITY_GRID ? (float)d->grid.size[k] : d->kind == DENSITY_VOXELS ? d->hi[k] - d->lo[k] : 0;
+      const float wide = cells > 0 ? v3_length(axes[k]) * (d->hi[k] - d->lo[k]) / cells : 0;
+      if (wide > 0 && (!(least > 0) || wide < least)) least = wide;
+    }
+  }
+  return least;
+}
+
+static int32_t side_of_media(const World *w, float longest, Err *err)
+{
+  const float cell = media_cell(w), side = cell > 0 ? roundf(longest / cell) : 0;
+  if (side >= 1 && side <= VOXELS_MOST_SIDE) return (int32_t)side;
+  if (side > 0) err_set(err, ERR_BAD_SCENE, "as fine as the grid is there would be %.0f voxels along the longest side, and there may be %d; "
+                        "say how many there should be", (double)side, VOXELS_MOST_SIDE);
+  else err_set(err, ERR_BAD_SCENE, "say how many voxels there should be along the longest side, 1 to %d", VOXELS_MOST_SIDE);
+  return 0;
+}
+
+Voxels *world_voxelise(const World *w, int32_t side, bool is_solid, float density, float *cell, float corner[3], Err *err)
 {
   const Vec3 lo = v3_load(w->lo), hi = v3_load(w->hi);
   const float longest = v3_max_lane(hi - lo);
@@ -192,6 +271,7 @@ Voxels *world_voxelise(const World *w, int32_t side, bool is_solid, float *cell,
     err_set(err, ERR_BAD_SCENE, "there is nothing to make voxels of");
     return NULL;
   }
+  if (!side && !(side = side_of_media(w, longest, err))) return NULL;
   Voxeliser x = {.world = w, .cell = longest / (float)side, .corner = lo, .err = err};
   for (int k = 0; k < 3; k++) {
     const float cells = ceilf((hi[k] - lo[k]) / x.cell - 1e-4f);
@@ -199,7 +279,7 @@ Voxels *world_voxelise(const World *w, int32_t side, bool is_solid, float *cell,
   }
   x.edit = voxel_edit_create(x.size, err);
   if (!x.edit) return NULL;
-  if (!put_meshes(&x) || !put_lines(&x, is_solid)) {
+  if (!put_meshes(&x) || !put_lines(&x, is_solid) || !put_media(&x, density)) {
     voxel_edit_destroy(x.edit);
     return NULL;
   }

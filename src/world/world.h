@@ -101,6 +101,7 @@ struct World {
   const TextureMap *textures;
   size_t texture_count;
   const Volume *volumes;
+  BlackBody *black_body;       // in the arena; NULL: no medium is hot
   const WorldMedium *media;    // boundaries of media, whether or not a surface is there, too
   size_t media_count;          // 0: no medium anywhere
   const WorldCell *cells;      // the unnamed one first, then as the scene has them
