@@ -90,8 +90,8 @@ double lock_light(const rf_world *w, const Lock *l)
   rf_vec3 x = cross(up, z);
   const float length = (float)sqrt(dot(x, x));
   x = (rf_vec3){x.x / length, x.y / length, x.z / length};
-  const rf_eye eye = {.frame = {x, cross(z, x), z, add(l->at.place, z, 0.1f)}, .lens = RF_ORTHOGRAPHIC, .height = 0.04f, .focus = 0.1f,
-                      .fov = 1, .cell = l->at.cell_i};
+  const rf_eye eye = {.frame = {x, cross(z, x), z, add(l->at.place, z, 0.1f)}, .lens = RF_ORTHOGRAPHIC,
+                      .height = 0.04f, .focus = 0.1f, .fov = 1, .cell = l->at.cell_i};
   rf_render_def r = rf_default_render_def();
   r.integrator = "path";
   r.first_sample = 0;

@@ -37,8 +37,8 @@ static double number(Reader *r, int i, double low, double high, const char *what
   char *end = NULL;
   const double x = i < r->count ? strtod(r->word[i], &end) : NAN;
   if (i >= r->count || end == r->word[i] || *end || !(x >= low && x <= high)) {
-    bad(r, "%s: word %d should be %s, a number from %g to %g%s%s", r->word[0], i, what, low, high, i < r->count ? ", and is " : "",
-        i < r->count ? r->word[i] : "");
+    bad(r, "%s: word %d should be %s, a number from %g to %g%s%s", r->word[0], i, what, low, high,
+        i < r->count ? ", and is " : "", i < r->count ? r->word[i] : "");
     return 0;
   }
   return x;
@@ -46,7 +46,9 @@ static double number(Reader *r, int i, double low, double high, const char *what
 
 static rf_vec3 vector(Reader *r, int i, const char *what)
 {
-  return (rf_vec3){(float)number(r, i, -1e4, 1e4, what), (float)number(r, i + 1, -1e4, 1e4, what), (float)number(r, i + 2, -1e4, 1e4, what)};
+  double v[3];
+  for (int k = 0; k < 3; k++) v[k] = number(r, i + k, -1e4, 1e4, what);
+  return (rf_vec3){(float)v[0], (float)v[1], (float)v[2]};
 }
 
 static void text(Reader *r, char *out, size_t size, int i)
@@ -95,7 +97,8 @@ static void read_lock(Reader *r)
     l.kind = LOCK_HAND;
     l.low = l.high = *r->word[2] == 'l' ? -1 : 1;
   } else {
-    return bad(r, "a lock is one of: light NAME X Y Z NX NY NZ RADIANCE [CELL], size LOW HIGH, hand left, hand right, turn LOW HIGH");
+    return bad(r, "a lock is one of: light NAME X Y Z NX NY NZ RADIANCE [CELL], size LOW HIGH, hand left, hand right, "
+                  "turn LOW HIGH");
   }
   r->c->locks[r->c->lock_count++] = l;
 }
@@ -104,7 +107,8 @@ static void read_way(Reader *r)
 {
   ChamberWay w = {.line = r->line, .leg_count = (r->count - 3) / 3};
   if (r->c->way_count == MOST_WAYS) return bad(r, "no more than %d ways", MOST_WAYS);
-  if (r->count < 6 || r->count % 3 || w.leg_count > MOST_LEGS) return bad(r, "way FROM TO, and then X Y Z of 1 to %d legs", MOST_LEGS);
+  if (r->count < 6 || r->count % 3 || w.leg_count > MOST_LEGS)
+    return bad(r, "way FROM TO, and then X Y Z of 1 to %d legs", MOST_LEGS);
   w.from = spot_named(r, 1);
   w.to = spot_named(r, 2);
   for (int i = 0; i < w.leg_count; i++) w.legs[i] = vector(r, 3 + 3 * i, "a leg in metres");
@@ -165,7 +169,8 @@ static void read_line(Reader *r, char *line)
 {
   Chamber *c = r->c;
   line += strspn(line, " \t");
-  if (read_sentence(r, line, "title", c->title, sizeof c->title) || read_sentence(r, line, "hint", c->hint, sizeof c->hint)) return;
+  if (read_sentence(r, line, "title", c->title, sizeof c->title)) return;
+  if (read_sentence(r, line, "hint", c->hint, sizeof c->hint)) return;
   line[strcspn(line, "#\r\n")] = 0;
   r->count = 0;
   for (char *w = strtok(line, " \t"); w; w = strtok(NULL, " \t")) {
@@ -190,7 +195,8 @@ ExitCode chamber_read(Chamber *c, const char *path)
 {
   char line[LINE];
   *c = (Chamber){0};
-  if (snprintf(c->path, sizeof c->path, "%s", path) >= (int)sizeof c->path) return fail(EXIT_NO_INPUT, "%s: the name is too long", path);
+  if (snprintf(c->path, sizeof c->path, "%s", path) >= (int)sizeof c->path)
+    return fail(EXIT_NO_INPUT, "%s: the name is too long", path);
   Reader r = {.c = c};
   FILE *in = fopen(path, "r");
   if (!in) return fail(EXIT_NO_INPUT, "%s: %s", path, strerror(errno));
@@ -203,7 +209,8 @@ ExitCode chamber_read(Chamber *c, const char *path)
   if (!r.code) check_whole(&r);
   const char *dot = strrchr(path, '.'), *slash = strrchr(path, '/');
   const int n = dot && (!slash || dot > slash) ? (int)(dot - path) : (int)strlen(path);
-  if (snprintf(c->scene, sizeof c->scene, "%.*s.json", n, path) >= (int)sizeof c->scene) return fail(EXIT_NO_INPUT, "%s: the name is too long", path);
+  if (snprintf(c->scene, sizeof c->scene, "%.*s.json", n, path) >= (int)sizeof c->scene)
+    return fail(EXIT_NO_INPUT, "%s: the name is too long", path);
   return r.code;
 }
 

@@ -102,7 +102,8 @@ static bool is_same(const State *a, const State *b, bool has_arrow)
   const rf_vec3 off = add(a->lamp, b->lamp, -1);
   return a->spot == b->spot && is_close(logf(a->player.body.scale), logf(b->player.body.scale)) &&
          player_is_left_handed(&a->player) == player_is_left_handed(&b->player) && a->lamp_cell == b->lamp_cell &&
-         off.x * off.x + off.y * off.y + off.z * off.z < 0.01f && (!has_arrow || (is_close(x.x, y.x) && is_close(x.y, y.y) && is_close(x.z, y.z)));
+         off.x * off.x + off.y * off.y + off.z * off.z < 0.01f &&
+         (!has_arrow || (is_close(x.x, y.x) && is_close(x.y, y.y) && is_close(x.z, y.z)));
 }
 
 static bool add_state(Solver *s, const State *t) // true: it is new, and solves it
@@ -204,7 +205,8 @@ static void print_steps(const Solver *s, int at)
 static ExitCode print_answer(Solver *s, int end, bool is_quiet)
 {
   const Chamber *c = &s->chamber;
-  if (end < 0) return fail(EXIT_BAD_SCENE, "%s: the exit cannot be reached with all locks open, in any of %d states", c->path, s->count);
+  if (end < 0)
+    return fail(EXIT_BAD_SCENE, "%s: the exit cannot be reached with all locks open, in any of %d states", c->path, s->count);
   if (end == 0) return fail(EXIT_BAD_SCENE, "%s: it is solved where it begins", c->path);
   if (is_quiet) return EXIT_DONE;
   printf("%s: %s: solved in %d steps (%d states)\n", c->path, c->title, s->states[end].depth, s->count);
@@ -222,7 +224,8 @@ static ExitCode solve(Solver *s, const char *path, const Args *args)
   ExitCode code = chamber_read(&s->chamber, path);
   if (!code) code = scene_open(&s->scene, s->engine, s->chamber.scene, args);
   if (!code) code = chamber_resolve(&s->chamber, s->scene);
-  if (!code && spot_of_start(&s->chamber) < 0) code = fail(EXIT_BAD_SCENE, "%s: the solver needs a spot \"start\" and ways from it", path);
+  if (!code && spot_of_start(&s->chamber) < 0)
+    code = fail(EXIT_BAD_SCENE, "%s: the solver needs a spot \"start\" and ways from it", path);
   if (!code && !(s->world = rf_prepare(s->scene, NULL))) code = fail_library(s->engine);
   if (!code && !(s->states = malloc(MOST_STATES * sizeof *s->states))) code = fail(EXIT_INTERNAL, "not enough memory");
   if (code) return code;
@@ -259,8 +262,8 @@ const Command command_locks = {
     .most = 64,
     .operand_kind = OPERAND_FILE,
     .usage = "[OPTION]...",
-    .text = "CHAMBER is a .locks file beside its scene; docs/locks.md says what is in it. `rayfold view CHAMBER` plays it. One that "
-            "cannot be solved, or is solved where it begins, ends with code 65.",
+    .text = "CHAMBER is a .locks file beside its scene; docs/locks.md says what is in it. `rayfold view CHAMBER` plays it. One "
+            "that cannot be solved, or is solved where it begins, ends with code 65.",
     .example = "rayfold locks scenes/locks/01_window.locks",
     .options = locks_options,
     .run = run_locks,

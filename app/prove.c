@@ -20,7 +20,8 @@ static const Option prove_options[] = {
     {.name = "from", .kind = OPTION_TEXT, .argument = "X,Y,Z", .initial = "the camera's place",
      .sentence = "Measure from there, looking along -z."},
     {.name = "look", .kind = OPTION_TEXT, .argument = "X,Y", .initial = "0.5,0.5 if nothing is asked", .repeats = true,
-     .sentence = "A place of the picture, from 0,0 at the upper left to 1,1: what is seen there, how far, through how many gates."},
+     .sentence = "A place of the picture, from 0,0 at the upper left to 1,1: what is seen there, how far, through how many "
+                 "gates."},
     {.name = "place", .kind = OPTION_TEXT, .argument = "X,Y,Z", .repeats = true,
      .sentence = "A place of the eye's cell, in its coordinates."},
     {.name = "leg", .kind = OPTION_TEXT, .argument = "X,Y,Z", .repeats = true,
@@ -31,7 +32,8 @@ static const Option prove_options[] = {
     {.name = "rays", .kind = OPTION_INTEGER, .argument = "N", .initial = "1000000", .low = 2, .high = 1000000000,
      .sentence = "Rays for --volume; its error falls with their root."},
     {.name = "seed", .kind = OPTION_INTEGER, .argument = "N", .initial = "0", .high = 4294967295.0, .sentence = "Which rays."},
-    {.name = "json", .kind = OPTION_FLAG, .sentence = "Print one JSON object: metres, square metres, radians; null where there is nothing."},
+    {.name = "json", .kind = OPTION_FLAG,
+     .sentence = "Print one JSON object: metres, square metres, radians; null where there is nothing."},
     OPTION_ALLOW_OUTSIDE,
     OPTION_CACHE,
     {0},
@@ -139,7 +141,8 @@ static void print_eye(const Prove *p)
       json_print_text(p->out, name);
     else
       fputs("null", p->out);
-    fprintf(p->out, ", \"curvature\": %.9g, \"eye\": [%.9g, %.9g, %.9g],\n  \"proofs\": [\n", k, (double)at.x, (double)at.y, (double)at.z);
+    fprintf(p->out, ", \"curvature\": %.9g, \"eye\": [%.9g, %.9g, %.9g],\n  \"proofs\": [\n", k, (double)at.x,
+            (double)at.y, (double)at.z);
     return;
   }
   fprintf(p->out, "cell %s: %s", cell_title(p, p->eye.cell), k == 0 ? "flat" : k > 0 ? "spherical" : "hyperbolic");
@@ -164,14 +167,15 @@ static void print_look(Prove *p, const char *text, const rf_hit *hit, const rf_a
   const rf_surface s = rf_surface_at(p->world, &at->ray, hit);
   if (p->is_json) {
     begin_item(p, "look");
-    fprintf(p->out, ", \"at\": [%s], \"length\": %.9g, \"gates\": %d, \"scale\": %.9g, \"cell\": %d, \"place\": [%.9g, %.9g, %.9g], \"material\": ", text,
-           (double)at->length, at->gates, (double)at->scale, at->cell, (double)s.position.x, (double)s.position.y, (double)s.position.z);
+    fprintf(p->out, ", \"at\": [%s], \"length\": %.9g, \"gates\": %d, \"scale\": %.9g, \"cell\": %d", text, (double)at->length,
+            at->gates, (double)at->scale, at->cell);
+    fprintf(p->out, ", \"place\": [%.9g, %.9g, %.9g], \"material\": ", (double)s.position.x, (double)s.position.y, (double)s.position.z);
     json_print_text(p->out, s.material_name ? s.material_name : "");
     fputc('}', p->out);
     return;
   }
-  fprintf(p->out, "look %s: %.6g m straight on, through %d gate%s, to %.5g, %.5g, %.5g in cell %s", text, (double)at->length, at->gates,
-         at->gates == 1 ? "" : "s", (double)s.position.x, (double)s.position.y, (double)s.position.z, cell_title(p, at->cell));
+  fprintf(p->out, "look %s: %.6g m straight on, through %d gate%s, to %.5g, %.5g, %.5g in cell %s", text, (double)at->length,
+          at->gates, at->gates == 1 ? "" : "s", (double)s.position.x, (double)s.position.y, (double)s.position.z, cell_title(p, at->cell));
   if (s.material_name) fprintf(p->out, " (%s)", s.material_name);
   if (at->scale != 1) fprintf(p->out, ", where a metre is %.5g", (double)at->scale);
   fputc('\n', p->out);
@@ -228,7 +232,8 @@ static ExitCode measure_points(Prove *p)
   for (size_t i = 0; i < p->args->given_count && !code; i++) { // in the order in which they were given
     const Given *g = &p->args->given[i];
     const bool is_look = !strcmp(g->option->name, "look"), is_place = !strcmp(g->option->name, "place");
-    if ((is_look || is_place) && p->point_count >= MOST_POINTS - 1) return fail(EXIT_USAGE, "no more than %d --look and --place", MOST_POINTS - 1);
+    if ((is_look || is_place) && p->point_count >= MOST_POINTS - 1)
+      return fail(EXIT_USAGE, "no more than %d --look and --place", MOST_POINTS - 1);
     if (is_look) code = measure_look(p, g->value);
     if (is_place) code = measure_place(p, g->value);
   }
@@ -243,11 +248,12 @@ static void print_round(Prove *p, const char *what, const rf_round *r)
 {
   if (p->is_json) {
     begin_item(p, what);
-    fprintf(p->out, ", \"is_home\": %s, \"sides\": %d, \"gates\": %d, \"length\": %.9g", r->is_home ? "true" : "false", r->sides, r->gates, r->length);
+    fprintf(p->out, ", \"is_home\": %s, \"sides\": %d, \"gates\": %d, \"length\": %.9g", r->is_home ? "true" : "false",
+            r->sides, r->gates, r->length);
     number_or_null(p, "miss", r->miss);
     number_or_null(p, "turn", r->turn);
-    fprintf(p->out, ", \"axis\": [%.6g, %.6g, %.6g], \"is_mirrored\": %s, \"scale\": %.9g", (double)r->axis.x, (double)r->axis.y, (double)r->axis.z,
-           r->is_mirrored ? "true" : "false", r->scale);
+    fprintf(p->out, ", \"axis\": [%.6g, %.6g, %.6g], \"is_mirrored\": %s, \"scale\": %.9g", (double)r->axis.x,
+            (double)r->axis.y, (double)r->axis.z, r->is_mirrored ? "true" : "false", r->scale);
     number_or_null(p, "angles", r->angles);
     number_or_null(p, "area", r->area);
     number_or_null(p, "expected_angles", (r->sides - 2) * M_PI + p->curvature * r->area);
@@ -315,7 +321,8 @@ static ExitCode measure_volume(Prove *p)
   double volume, error;
   const uint32_t rays = (uint32_t)args_integer(p->args, "rays", 1000000), seed = (uint32_t)args_integer(p->args, "seed", 0);
   if (!args_has(p->args, "volume")) return EXIT_DONE;
-  if (!rf_cell_volume(p->world, p->eye.cell, p->eye.frame.p, rays, seed, &volume, &error)) return fail_usage(p->engine, "--volume");
+  if (!rf_cell_volume(p->world, p->eye.cell, p->eye.frame.p, rays, seed, &volume, &error))
+    return fail_usage(p->engine, "--volume");
   if (p->is_json) {
     begin_item(p, "volume");
     fprintf(p->out, ", \"volume\": %.9g, \"error\": %.3g, \"rays\": %u}", volume, error, rays);

@@ -80,7 +80,8 @@ static ExitCode read_progress(Game *g)
   if (!in) return EXIT_DONE; // nothing has been solved yet
   const size_t n = fread(g->solved, 1, MOST_PROGRESS - 200, in);
   fclose(in);
-  if (strlen(g->solved) != n) return fail(EXIT_BAD_SCENE, "%s is no list of solved chambers; remove it to begin anew", g->progress_path);
+  if (strlen(g->solved) != n)
+    return fail(EXIT_BAD_SCENE, "%s is no list of solved chambers; remove it to begin anew", g->progress_path);
   return EXIT_DONE;
 }
 
@@ -106,7 +107,8 @@ static void keep_progress(View *v)
     (void)mkdir(g->progress_path, 0777); // what cannot be made is told when the file is written
     *c = '/';
   }
-  if (output_write(g->progress_path, g->solved, strlen(g->solved))) note_say(v, true, "what is solved could not be kept in %s", g->progress_path);
+  if (output_write(g->progress_path, g->solved, strlen(g->solved)))
+    note_say(v, true, "what is solved could not be kept in %s", g->progress_path);
 }
 
 // --- coming and going -------------------------------------------------------------------------------
@@ -170,7 +172,10 @@ void game_begin(View *v, uint64_t edit)
   if (!g || g->is_begun || !scene_take(v, 5, &s)) return;
   g->since = edit;
   const ExitCode code = chamber_resolve(&g->chamber, s);
-  for (int i = 1; i < MOST_CELLS; i++) snprintf(g->cells[i], sizeof g->cells[0], "%s", rf_cell_name(s, i) ? rf_cell_name(s, i) : "");
+  for (int i = 1; i < MOST_CELLS; i++) {
+    const char *name = rf_cell_name(s, i);
+    snprintf(g->cells[i], sizeof g->cells[0], "%s", name ? name : "");
+  }
   rf_live_return(v->live);
   if (code) {
     v->code = code;

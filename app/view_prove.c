@@ -48,7 +48,8 @@ static void measure_triangle(View *v, rf_world *w)
   rf_round r;
   if (p->pin_count == 3) corners[2] = p->pins[2].way;
   if (!rf_walk_corners(w, &body, corners, 3, &r)) return note_library(v);
-  if (!r.is_home || isnan(r.area)) return line(v, r.is_home ? "no triangle: all in one line" : "no triangle: its sides do not close");
+  if (!r.is_home || isnan(r.area))
+    return line(v, r.is_home ? "no triangle: all in one line" : "no triangle: its sides do not close");
   line(v, "angles %.3f°, area %.4g m²", r.angles * DEGREES, r.area);
   line(v, "180° + area × curvature = %.3f°", 180 + (double)rf_curvature(w, p->eye.cell) * r.area * DEGREES);
   line(v, "carried round, an arrow turns by %.3f°", r.turn * DEGREES);
@@ -63,7 +64,8 @@ void prove_pin(View *v)
   rf_hit hit;
   rf_arrival at;
   if (!w || !v->frame.number) return;
-  if (!view_look(v, v->mouse_x, v->mouse_y, &place, &ray, &hit, &at)) return note_say(v, true, "nothing is seen there that could be measured");
+  if (!view_look(v, v->mouse_x, v->mouse_y, &place, &ray, &hit, &at))
+    return note_say(v, true, "nothing is seen there that could be measured");
   if (p->pin_count == MOST_PINS || !prove_sees_pins(v)) p->pin_count = 0;
   p->eye = v->frame.eye;
   p->line_count = 0;

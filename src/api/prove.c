@@ -136,18 +136,19 @@ static void measure_turn(Round *r)
 {
   const rf_vec3 x = into(&r->start.frame, r->body.frame.x), y = into(&r->start.frame, r->body.frame.y),
                 z = into(&r->start.frame, r->body.frame.z);
-  const double det = dot(cross(x, y), z), a[3] = {0.5 * ((double)y.z - z.y), 0.5 * ((double)z.x - x.z), 0.5 * ((double)x.y - y.x)};
+  const double det = dot(cross(x, y), z);
+  const double a[3] = {0.5 * ((double)y.z - z.y), 0.5 * ((double)z.x - x.z), 0.5 * ((double)x.y - y.x)};
   const double sine = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]), sign = det < 0 ? -1 : 1;
   r->out.is_mirrored = det < 0;
   r->out.turn = atan2(sine, 0.5 * ((double)x.x + y.y + z.z - sign));
   if (sine > 1e-4) {
     r->out.axis = (rf_vec3){(float)(a[0] / sine), (float)(a[1] / sine), (float)(a[2] / sine)};
   } else if (r->out.turn > 1) { // half a turn: its axis is what R + 1 leaves of any vector
-    const rf_vec3 columns[3] = {{(float)sign * x.x + 1, (float)sign * x.y, (float)sign * x.z}, {(float)sign * y.x, (float)sign * y.y + 1, (float)sign * y.z},
-                                {(float)sign * z.x, (float)sign * z.y, (float)sign * z.z + 1}};
+    const float k = (float)sign;
+    const rf_vec3 columns[3] = {{k * x.x + 1, k * x.y, k * x.z}, {k * y.x, k * y.y + 1, k * y.z}, {k * z.x, k * z.y, k * z.z + 1}};
     const rf_vec3 *longest = &columns[0];
-    for (int k = 1; k < 3; k++)
-      if (length_of(columns[k]) > length_of(*longest)) longest = &columns[k];
+    for (int i = 1; i < 3; i++)
+      if (length_of(columns[i]) > length_of(*longest)) longest = &columns[i];
     const float n = (float)length_of(*longest);
     r->out.axis = (rf_vec3){longest->x / n, longest->y / n, longest->z / n};
   }
@@ -216,7 +217,8 @@ bool rf_walk_corners(const rf_world *w, const rf_body *body, const rf_vec3 *corn
   enum { MOST_CORNERS = 64 };
   rf_vec3 legs[MOST_CORNERS];
   if (!w || !body || !corners || !out) return api_bad_argument("rf_walk_corners", "world, body and corners must be given");
-  if (count < 3 || count > MOST_CORNERS) return api_bad_argument("rf_walk_corners", "%zu corners; there are 3 to %d", count, MOST_CORNERS);
+  if (count < 3 || count > MOST_CORNERS)
+    return api_bad_argument("rf_walk_corners", "%zu corners; there are 3 to %d", count, MOST_CORNERS);
   for (size_t i = 0; i < count; i++)
     if (!is_finite(corners[i])) return api_bad_argument("rf_walk_corners", "corner %zu is not finite", i);
   const Ideal m = ideal_of(rf_curvature(w, body->cell));
@@ -260,7 +262,8 @@ static bool fail(const char *why)
 
 bool rf_cell_volume(const rf_world *w, int cell, rf_vec3 place, uint32_t rays, uint32_t seed, double *volume, double *error)
 {
-  if (!w || !volume || !error || rays < 2) return api_bad_argument("rf_cell_volume", "world and results must be given, and two rays or more");
+  if (!w || !volume || !error || rays < 2)
+    return api_bad_argument("rf_cell_volume", "world and results must be given, and two rays or more");
   const World *world = w->world;
   const uint32_t c = cell_of(world, cell);
   const float kappa = world_curvature(world, c);
