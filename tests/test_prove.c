@@ -161,6 +161,7 @@ TEST(ways_home_through_faces)
     CHECK_MSG(t.is_home, "%s: off by %g", cases[i].cell, t.miss);
     CHECK_NEAR(t.turn, cases[i].turn, 1e-6);
     CHECK(t.is_mirrored == cases[i].is_mirrored && isnan(t.area));
+    CHECK_NEAR(fabs((double)t.axis.y), cases[i].turn > 0 ? 1 : 0, 1e-6);
     const rf_vec3 legs[2] = {{2.5f, 1, 0}, {-1, 2.5f, 1}};
     CHECK(rf_walk_round(p.world, &b, legs, 2, true, &t));
     CHECK_NEAR(t.angles, M_PI, 1e-5);
