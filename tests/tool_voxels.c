@@ -1,14 +1,19 @@
 // How many rays a second does one core follow through a scene, of voxels above all? Not a test: a tool to run by hand.
 //
-//   tool_voxels [-i ISA] [-s WxH] [-r REPEATS] SCENE...
+//   tool_voxels [-i ISA] [-s WxH] [-r REPEATS] [-m] SCENE...
+//
+// -m: instead, pictures of the first object's grid with shadows beside the way of NoEucRT, in C: cells of 44 bytes, 1024 equal
+// steps between the ends of the box up to the first one that is solid, and from there as many towards the light.
 //
 // Rays of a camera in blocks of 8 x 8 pixels, from three places around the scene; then rays from what they hit towards one
 // light, and from there in all directions. No camera, film or material takes part: what is measured is rf_intersect_n() and
 // rf_occluded_n(). Times are the least user time of REPEATS. One line a scene:
 //
 //   voxels,SCENE,ISA,HIT %,CAMERA Mrays/s,SHADOW Mrays/s,BOUNCE Mrays/s,SUM of all answers
+//   marched,SCENE,ISA,HIT %,Mpixels/s,MARCHED Mpixels/s,TIMES as many,PIXELS where one way meets something and the other not %
 
-#include "rayfold/rayfold.h"
+#include "accel/place.h"
+#include "api/api.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -19,8 +24,11 @@
 
 enum { VIEWS = 3 };
 
+static const rf_vec3 LIGHT = {0.4650f, 0.8137f, 0.3487f}; // towards it, of unit length
+
 typedef struct Options {
   int width, height, repeats;
+  bool marches;
   const char *isa;
 } Options;
 
@@ -99,7 +107,7 @@ static void add_second(const Rays *first, Rays *out, int is_shadow)
     const rf_ray *r = &first->rays[i];
     if (!first->hits[i].object.id) continue;
     const float z = 2 * random_unit(&state) - 1, a = 6.2831853f * random_unit(&state), s = sqrtf(1 - z * z);
-    const rf_vec3 way = is_shadow ? unit((rf_vec3){0.4f, 0.7f, 0.3f}) : (rf_vec3){s * cosf(a), z, s * sinf(a)};
+    const rf_vec3 way = is_shadow ? LIGHT : (rf_vec3){s * cosf(a), z, s * sinf(a)};
     out->rays[out->count++] = (rf_ray){sum(r->origin, first->hits[i].t * 0.99999f, r->direction), 0, way, INFINITY};
   }
 }
@@ -122,6 +130,97 @@ static double measure(const rf_world *w, const Rays *r, int is_shadow, int repea
   return 1e-6 * (double)r->count / best;
 }
 
+// --- as it was done before ------------------------------------------------------------------------------------------
+typedef struct OldCell {
+  float position[3], solid[4], smoke[4];
+} OldCell;
+_Static_assert(sizeof(OldCell) == 44, "as large as the original's");
+
+static OldCell *old_grid(const Voxels *v)
+{
+  OldCell *cells = calloc((size_t)v->size[0] * (size_t)v->size[1] * (size_t)v->size[2], sizeof *cells), *c = cells;
+  if (!cells) die("memory");
+  for (int32_t z = 0; z < v->size[2]; z++)
+    for (int32_t y = 0; y < v->size[1]; y++)
+      for (int32_t x = 0; x < v->size[0]; x++) (c++)->solid[3] = voxels_entry(v, x, y, z) ? 255 : 0;
+  return cells;
+}
+
+enum { OLD_STEPS = 1024 };
+
+static bool old_steps(const OldCell *cells, const int32_t size[3], Vec3 *p, Vec3 step)
+{
+  for (int i = 0; i < OLD_STEPS; i++, *p += step) {
+    const int32_t x = (int32_t)(*p)[0], y = (int32_t)(*p)[1], z = (int32_t)(*p)[2];
+    if ((uint32_t)x >= (uint32_t)size[0] || (uint32_t)y >= (uint32_t)size[1] || (uint32_t)z >= (uint32_t)size[2]) continue;
+    if (cells[x + size[0] * (y + size[1] * z)].solid[3] != 0) return true;
+  }
+  return false;
+}
+
+// 0: nothing; 1: something, 2: in shadow.
+static uint8_t march(const OldCell *cells, const int32_t size[3], Vec3 o, Vec3 d, Vec3 light)
+{
+  float from = 0, to = INFINITY;
+  for (int k = 0; k < 3; k++) {
+    const float a = -o[k] / d[k], b = ((float)size[k] - o[k]) / d[k];
+    from = fmaxf(from, fminf(a, b));
+    to = fminf(to, fmaxf(a, b));
+  }
+  Vec3 p = o + from * d;
+  if (!(from < to) || !old_steps(cells, size, &p, d * ((to - from) / OLD_STEPS))) return 0;
+  p += 2 * light; // out of its own cell
+  return old_steps(cells, size, &p, light * ((float)(size[0] + size[1] + size[2]) / (2 * OLD_STEPS))) ? 2 : 1;
+}
+
+static double marched_seconds(const Options *o, const Instance *in, Rays *camera)
+{
+  const Voxels *v = in->voxels->grid;
+  const Vec3 light = v3_normalize(frame_vector(&in->object_from_world, v3(LIGHT.x, LIGHT.y, LIGHT.z)));
+  OldCell *cells = old_grid(v);
+  double best = 1e9;
+  for (int r = 0; r < o->repeats; r++) {
+    const double from = user();
+    for (size_t i = 0; i < camera->count; i++) {
+      const rf_ray *ray = &camera->rays[i];
+      const Vec3 p = v3(ray->origin.x, ray->origin.y, ray->origin.z), d = v3(ray->direction.x, ray->direction.y, ray->direction.z);
+      camera->blocked[i] = march(cells, v->size, frame_point(&in->object_from_world, p), frame_vector(&in->object_from_world, d), light);
+    }
+    best = fmin(best, user() - from);
+  }
+  free(cells);
+  return best;
+}
+
+static void run_marched(const Options *o, const char *path, const rf_world *w, Rays *camera, Rays *shadow)
+{
+  const Instance *in = accel_instances(w->world->accel);
+  if (in->kind != INSTANCE_VOXELS) die("not a grid of voxels first");
+  double all = 0;
+  size_t met = 0, ignored = 0, differ = 0;
+  const double count = (double)camera->count, per_camera = measure(w, camera, 0, o->repeats, &all, &met);
+  add_second(camera, shadow, 1);
+  const double ours = count / per_camera + (double)shadow->count / measure(w, shadow, 1, o->repeats, &all, &ignored);
+  const double marched = 1e6 * marched_seconds(o, in, camera);
+  for (size_t i = 0; i < camera->count; i++) differ += (camera->blocked[i] != 0) != (camera->hits[i].object.id != 0);
+  printf("marched,%s,%s,%.1f,%.2f,%.3f,%.1f,%.2f\n", path, w->engine->hot->name, 100 * (double)met / count, count / ours,
+         count / marched, marched / ours, 100 * (double)differ / count);
+}
+
+// --- a scene --------------------------------------------------------------------------------------------------------
+static void run_second(const Options *o, const char *path, const rf_world *w, Rays *camera, Rays *shadow, Rays *bounce)
+{
+  double all = 0;
+  size_t met = 0, ignored = 0;
+  const double per_camera = measure(w, camera, 0, o->repeats, &all, &met);
+  add_second(camera, shadow, 1);
+  add_second(camera, bounce, 0);
+  const double per_shadow = measure(w, shadow, 1, o->repeats, &all, &ignored);
+  const double per_bounce = measure(w, bounce, 0, o->repeats, &all, &ignored);
+  printf("voxels,%s,%s,%.1f,%.2f,%.2f,%.2f,%.9g\n", path, w->engine->hot->name, 100 * (double)met / (double)camera->count,
+         per_camera, per_shadow, per_bounce, all);
+}
+
 static void run(const Options *o, const char *path)
 {
   rf_engine_def def = rf_default_engine_def();
@@ -137,15 +236,8 @@ static void run(const Options *o, const char *path)
     const rf_eye e = eye_of(w, i);
     add_view(&camera, &e, o);
   }
-  double all = 0;
-  size_t met = 0, ignored = 0;
-  const double per_camera = measure(w, &camera, 0, o->repeats, &all, &met);
-  add_second(&camera, &shadow, 1);
-  add_second(&camera, &bounce, 0);
-  const double per_shadow = measure(w, &shadow, 1, o->repeats, &all, &ignored);
-  const double per_bounce = measure(w, &bounce, 0, o->repeats, &all, &ignored);
-  printf("voxels,%s,%s,%.1f,%.2f,%.2f,%.2f,%.9g\n", path, rf_engine_isa(engine), 100 * (double)met / (double)camera.count, per_camera,
-         per_shadow, per_bounce, all);
+  if (o->marches) run_marched(o, path, w, &camera, &shadow);
+  else run_second(o, path, w, &camera, &shadow, &bounce);
   fflush(stdout);
   for (int i = 0; i < 3; i++) {
     const Rays *r = (const Rays *[]){&camera, &shadow, &bounce}[i];
@@ -161,9 +253,10 @@ static void run(const Options *o, const char *path)
 int main(int argc, char **argv)
 {
   Options o = {.width = 640, .height = 480, .repeats = 5, .isa = "auto"};
-  for (int c; (c = getopt(argc, argv, "i:s:r:")) != -1;) {
+  for (int c; (c = getopt(argc, argv, "i:s:r:m")) != -1;) {
     switch (c) {
     case 'i': o.isa = optarg; break;
+    case 'm': o.marches = true; break;
     case 'r': o.repeats = atoi(optarg); break;
     case 's':
       if (sscanf(optarg, "%dx%d", &o.width, &o.height) != 2) return 64;
