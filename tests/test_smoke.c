@@ -273,7 +273,7 @@ TEST(a_grid_and_back_is_the_same)
   Scene *made = scene_load(path, NULL, &err);
   CHECK_MSG(made, "%s", err.text);
   World *w = made ? world_of(made) : NULL;
-  float cell, corner[3];
+  float cell = 0, corner[3];
   Voxels *after = w ? world_voxelise(w, 0, true, 0.5f, &cell, corner, &err) : NULL;
   CHECK_MSG(after && are_equal(before, after), "%s", err.text);
   CHECK_NEAR(cell, 0.25, 1e-5);
