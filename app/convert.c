@@ -149,10 +149,10 @@ const Command command_convert = {
     .most = 2,
     .operand_kind = OPERAND_FILE,
     .usage = "[OPTION]...",
-    .text = "A scene or model (.json .obj .gltf .glb .ply .stl .vox .grid .nvdb .rfm) becomes .json (with its meshes in files "
-            "beside it, and camera and light if it has none), .rfm (one file with all that is ready made, "
-            "trees too, which opens at once), one mesh in .ply, .obj or .stl, voxels in .vox, or voxels as smoke in .grid. A picture becomes .png, "
-            ".jpg, .webp, .exr, .hdr or .pfm.",
+    .text = "A scene or model (.json .obj .gltf .glb .ply .stl .vox .grid .nvdb .rfm) becomes .json (with its meshes in "
+            "files beside it, and camera and light if it has none), .rfm (one file with all that is ready made, "
+            "trees too, which opens at once), one mesh in .ply, .obj or .stl, voxels in .vox, or voxels as smoke "
+            "in .grid. A picture becomes .png, .jpg, .webp, .exr, .hdr or .pfm.",
     .example = "rayfold convert bunny.glb bunny.ply",
     .options = convert_options,
     .run = run_convert,

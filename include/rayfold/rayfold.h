@@ -100,8 +100,8 @@ typedef struct rf_load_def {
 
 RF_API rf_load_def rf_default_load_def(void);
 RF_API rf_scene *rf_scene_create(rf_engine *e);
-// A scene file (.json), a model (.obj .gltf .glb .ply .stl .vox), smoke (.grid .nvdb) or a saved model (.rfm), which is mapped, not read: write
-// no other file over it while a scene or world of it lives. Errors carry file:line:column. def may be NULL.
+// A scene file (.json), a model (.obj .gltf .glb .ply .stl .vox), smoke (.grid .nvdb) or a saved model (.rfm), which is
+// mapped, not read: write no other file over it while a scene or world of it lives. Errors carry file:line:column. def may be NULL.
 RF_API rf_scene *rf_scene_load(rf_engine *e, const char *path, const rf_load_def *def);
 // .json: the scene, with bulk data in files beside it. .rfm: the scene with its meshes and trees, to be opened at once.
 // .ply .obj .stl: all its triangles in one mesh. .vox .grid: its voxels, which must be all there is.
@@ -162,7 +162,8 @@ RF_API bool rf_remove(rf_scene *s, rf_object o);
 // --- world: the prepared scene ----------------------------------------------------------------------
 // A scene of one object: voxels of all surfaces of this one, `side` of them along its longest side, with the colours of
 // its materials and textures. is_solid fills the inside of what is closed. Where a medium's density is at least `density`
-// its colour fills a cell; 0: media are left out. side 0: as fine as the finest grid of a medium. Camera, sky and lights are left out.
+// its colour fills a cell; 0: media are left out. side 0: as fine as the finest grid of a medium. Camera, sky and lights
+// are left out.
 RF_API rf_scene *rf_voxelise(rf_scene *s, int side, bool is_solid, float density);
 
 // Shares with previous (may be NULL) whatever did not change. The field "render.tree" chooses between trees that are

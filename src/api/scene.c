@@ -131,7 +131,8 @@ static bool save_voxels(rf_scene *s, const char *path, Err *err)
                                 : vox_write(v, path, &reduced, err));
   voxels_release(v);
   if (ok && is_grid)
-    note_once(&s->scene->notes, "%s: a grid holds densities and no colours; as smoke in a scene file voxels keep theirs", path);
+    note_once(&s->scene->notes, "%s: a grid holds densities and no colours; as smoke in a scene file voxels keep theirs",
+              path);
   if (ok && reduced)
     note_once(&s->scene->notes, "%s: %u kinds of voxels became the nearest of 255, which is all a .vox file holds", path, reduced);
   return ok;
@@ -161,8 +162,10 @@ static Scene *voxel_scene(const World *w, int side, bool is_solid, float density
 rf_scene *rf_voxelise(rf_scene *s, int side, bool is_solid, float density)
 {
   if (!s) return api_bad_argument("rf_voxelise", "the scene is NULL"), NULL;
-  if (side < 0 || side > VOXELS_MOST_SIDE) return api_bad_argument("rf_voxelise", "%d cells a side; there are 1 to %d", side, VOXELS_MOST_SIDE), NULL;
-  if (!(density >= 0)) return api_bad_argument("rf_voxelise", "a density of %g; it must not be below 0", (double)density), NULL;
+  if (side < 0 || side > VOXELS_MOST_SIDE)
+    return api_bad_argument("rf_voxelise", "%d cells a side; there are 1 to %d", side, VOXELS_MOST_SIDE), NULL;
+  if (!(density >= 0))
+    return api_bad_argument("rf_voxelise", "a density of %g; it must not be below 0", (double)density), NULL;
   Err err = {0};
   World *w = world_prepare(s->scene, NULL, &s->options, s->engine->jobs, &s->engine->cancel, &err);
   Scene *made = w ? voxel_scene(w, side, is_solid, density, &err) : NULL;
@@ -182,7 +185,8 @@ bool rf_scene_save(rf_scene *s, const char *path)
   else if (text_ends(path, ".stl")) save_merged(s, path, export_stl, &err);
   else if (text_ends(path, ".vox") || text_ends(path, ".grid")) save_voxels(s, path, &err);
   else
-    err_set(&err, ERR_BAD_ARGUMENT, "\"%s\": a scene can be saved as .json or .rfm, its triangles as .ply, .obj or .stl, and its voxels as .vox or .grid",
+    err_set(&err, ERR_BAD_ARGUMENT, "\"%s\": a scene can be saved as .json or .rfm, its triangles as .ply, .obj or .stl, and its "
+            "voxels as .vox or .grid",
             path);
   return api_fail(&err);
 }

@@ -1,5 +1,5 @@
-// Grids of densities as scenes, and voxels as grids of densities. A grid alone becomes a box of smoke around it; voxels become
-// a grid that is 1 in filled cells, one cell wider to each side, so that it falls to 0 inside of its box.
+// Grids of densities as scenes, and voxels as grids of densities. A grid alone becomes a box of smoke around it; voxels
+// become a grid that is 1 in filled cells, one cell wider to each side, so that it falls to 0 inside of its box.
 
 #include "base/file.h"
 #include "base/mem.h"
@@ -74,11 +74,13 @@ bool export_grid(const Voxels *v, double cell, const char *path, Err *err)
     n[k] = v->hi[k] - v->lo[k] + 2;
     half[k] = cell * n[k] / 2;
     if (n[k] > GRID_MOST_SIDE)
-      return err_set(err, ERR_BAD_SCENE, "%s: the voxels and a border are %d cells wide, and a grid at most %d", path, n[k], GRID_MOST_SIDE);
+      return err_set(err, ERR_BAD_SCENE, "%s: the voxels and a border are %d cells wide, and a grid at most %d", path, n[k],
+                     GRID_MOST_SIDE);
   }
-  snprintf(head, sizeof head, "rayfold-grid 1\nsize %d %d %d\nbox %.9g %.9g %.9g  %.9g %.9g %.9g\ndata uint8\n", n[0], n[1], n[2],
-           -half[0], -half[1], -half[2], half[0], half[1], half[2]);
-  const bool ok = file_begin(&f, path, err) && file_write(&f, head, strlen(head), err) && write_cells(&f, v, err) && file_commit(&f, err);
+  snprintf(head, sizeof head, "rayfold-grid 1\nsize %d %d %d\nbox %.9g %.9g %.9g  %.9g %.9g %.9g\ndata uint8\n", n[0], n[1],
+           n[2], -half[0], -half[1], -half[2], half[0], half[1], half[2]);
+  const bool ok = file_begin(&f, path, err) && file_write(&f, head, strlen(head), err) && write_cells(&f, v, err) &&
+                  file_commit(&f, err);
   file_finish(&f);
   return ok;
 }

@@ -175,8 +175,8 @@ static bool fill_cells(Step *s, const int32_t from[3], const int32_t to[3], bool
   return true;
 }
 
-// Cells of many colours take a byte each, at least. What more than half of the machine's memory would be needed for is not
-// begun; only whole bricks inside are counted.
+// Cells of many colours take a byte each, at least. What more than half of the machine's memory would be needed for is
+// not begun; only whole bricks inside are counted.
 static bool has_room(const Step *s, const int32_t lo[3], const int32_t hi[3])
 {
   const double memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
@@ -190,8 +190,8 @@ static bool has_room(const Step *s, const int32_t lo[3], const int32_t hi[3])
         if (body_distance(s->what, middle) < -6.07f) bytes += 512;
       }
   return bytes < memory / 2 ||
-         err_set(s->err, ERR_NO_MEMORY, "cells of random colours need %.1f GB here, more than half of this machine's %.1f GB; fill less, or "
-                 "leave out the randomness", bytes * 1e-9, memory * 1e-9);
+         err_set(s->err, ERR_NO_MEMORY, "cells of random colours need %.1f GB here, more than half of this machine's %.1f GB; fill less, "
+                 "or leave out the randomness", bytes * 1e-9, memory * 1e-9);
 }
 
 static bool fill_body(Step *s)

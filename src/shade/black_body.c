@@ -1,5 +1,5 @@
-// The table of spectrum.h: Planck's law, each spectrum divided by its own peak (as pbrt-v4, section 4.4.1, does), seen by the
-// CIE observer; 1 at all wavelengths would have a luminance of 1.
+// The table of spectrum.h: Planck's law, each spectrum divided by its own peak (as pbrt-v4, section 4.4.1, does), seen by
+// the CIE observer; 1 at all wavelengths would have a luminance of 1.
 
 #include "shade/spectrum.h"
 
@@ -18,7 +18,8 @@ static Vec3 color_of(double kelvin)
   const double luminous = 106.856895;                  // integral of the observer's y in nm
   const double peak = planck(2.897771955e6 / kelvin, kelvin); // Wien's law
   Vec3 sum = v3_all(0);
-  for (int nm = FROM; nm <= TO; nm += STEP) sum += (float)(planck(nm, kelvin) / peak * STEP / luminous) * rec709_of((float)nm);
+  for (int nm = FROM; nm <= TO; nm += STEP)
+    sum += (float)(planck(nm, kelvin) / peak * STEP / luminous) * rec709_of((float)nm);
   return v3_max(sum, v3_all(0)); // the deepest reds lie outside Rec.709
 }
 

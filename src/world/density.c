@@ -178,7 +178,8 @@ static float flame_inside(const MediumFlame *f, Vec3 p)
 static float flame_density(const MediumFlame *f, Vec3 p)
 {
   const float inside = flame_inside(f, p);
-  return inside * (1.5f - inside) * clamp_f(0.75f + 0.6f * noise_octaves((p - v3(0, f->rise, 0)) / f->lump, 3, (uint32_t)f->seed + 50), 0, 1.5f);
+  const float lumps = noise_octaves((p - v3(0, f->rise, 0)) / f->lump, 3, (uint32_t)f->seed + 50);
+  return inside * (1.5f - inside) * clamp_f(0.75f + 0.6f * lumps, 0, 1.5f);
 }
 
 static float flame_heat(const MediumFlame *f, Vec3 p)
@@ -246,7 +247,8 @@ static bool bake(const Medium *m, const float size[3], int32_t resolution, Densi
          err_set(err, ERR_CANCELLED, "preparing was cancelled");
 }
 
-static bool read_values(const Scene *s, const char *name, const char *file, const LoadOptions *options, DensityValues *out, Err *err)
+static bool read_values(const Scene *s, const char *name, const char *file, const LoadOptions *options,
+                        DensityValues *out, Err *err)
 {
   Text path = {0};
   Grid g = {0};

@@ -204,7 +204,8 @@ static int32_t smoke_entry(const Voxeliser *x, const Volume *v, Vec3 there)
     return voxel_edit_color(x->edit, e->color, look_i < 0 ? 0 : (uint32_t)look_i);
   }
   const Vec3 scattering = volume_scattering(v, there);
-  for (int k = 0; k < 3; k++) color[k] = v->extinction[k] > 0 ? rounded(reflectance_of_albedo(scattering[k] / v->extinction[k])) : 1;
+  for (int k = 0; k < 3; k++)
+    color[k] = v->extinction[k] > 0 ? rounded(reflectance_of_albedo(scattering[k] / v->extinction[k])) : 1;
   const int32_t look_i = voxel_edit_look(x->edit, &look);
   return voxel_edit_color(x->edit, color, look_i < 0 ? 0 : (uint32_t)look_i);
 }
@@ -223,7 +224,8 @@ static bool put_medium(const Voxeliser *x, uint32_t i, float density)
         const float here = v->density ? density_at(v->density, there) : 1;
         if (here < density || !is_inside(boundary, p, m->is_box) || voxel_edit_get(x->edit, c[0], c[1], c[2])) continue;
         const int32_t entry = smoke_entry(x, v, there);
-        if (entry < 0 || !voxel_edit_put(x->edit, c[0], c[1], c[2], (uint32_t)entry)) return err_memory(x->err, "voxels", 0);
+        if (entry < 0 || !voxel_edit_put(x->edit, c[0], c[1], c[2], (uint32_t)entry))
+          return err_memory(x->err, "voxels", 0);
       }
   return true;
 }
@@ -245,7 +247,9 @@ static float media_cell(const World *w)
     const Frame f = frame_inverse(&w->media[i].medium_from_world);
     const Vec3 axes[3] = {f.x, f.y, f.z};
     for (int k = 0; d && k < 3; k++) {
-      const float cells = d->kind == DENSITY_GRID ? (float)d->grid.size[k] : d->kind == DENSITY_VOXELS ? d->hi[k] - d->lo[k] : 0;
+      const float cells = d->kind == DENSITY_GRID     ? (float)d->grid.size[k]
+                          : d->kind == DENSITY_VOXELS ? d->hi[k] - d->lo[k]
+                                                      : 0;
       const float wide = cells > 0 ? v3_length(axes[k]) * (d->hi[k] - d->lo[k]) / cells : 0;
       if (wide > 0 && (!(least > 0) || wide < least)) least = wide;
     }
@@ -257,9 +261,11 @@ static int32_t side_of_media(const World *w, float longest, Err *err)
 {
   const float cell = media_cell(w), side = cell > 0 ? roundf(longest / cell) : 0;
   if (side >= 1 && side <= VOXELS_MOST_SIDE) return (int32_t)side;
-  if (side > 0) err_set(err, ERR_BAD_SCENE, "as fine as the grid is there would be %.0f voxels along the longest side, and there may be %d; "
-                        "say how many there should be", (double)side, VOXELS_MOST_SIDE);
-  else err_set(err, ERR_BAD_SCENE, "say how many voxels there should be along the longest side, 1 to %d", VOXELS_MOST_SIDE);
+  if (side > 0)
+    err_set(err, ERR_BAD_SCENE, "as fine as the grid is there would be %.0f voxels along the longest side, and there may "
+            "be %d; say how many there should be", (double)side, VOXELS_MOST_SIDE);
+  else
+    err_set(err, ERR_BAD_SCENE, "say how many voxels there should be along the longest side, 1 to %d", VOXELS_MOST_SIDE);
   return 0;
 }
 
