@@ -4,6 +4,7 @@
 
 #include "base/mem.h"
 #include "base/vec.h"
+#include "base/wide.h"
 #include "image/image.h"
 
 #include <string.h>
@@ -11,7 +12,6 @@
 enum { ROWS_AN_ITEM = 16, CODES = 4096 };
 
 typedef float Pixel __attribute__((vector_size(16))); // r, g, b, a
-typedef int32_t Lanes __attribute__((vector_size(16)));
 
 // --- getting ready --------------------------------------------------------------------------------
 // The cubic through four points a, b, c, d at t between b and c (Catmull and Rom, "A class of local interpolating
@@ -82,15 +82,10 @@ static Pixel load(const float *p)
   return x;
 }
 
-// a where the comparison is true, else b; C has no ?: for vectors.
-static Pixel choose(Lanes is, Pixel a, Pixel b) { return (Pixel)((is & (Lanes)a) | (~is & (Lanes)b)); }
-static Pixel least(Pixel a, Pixel b) { return choose(a < b, a, b); }
-static Pixel most(Pixel a, Pixel b) { return choose(a > b, a, b); }
-
 // No overshoot: between the two nearest.
 static Pixel held(Pixel x, Pixel b, Pixel c)
 {
-  return least(most(x, least(b, c)), most(b, c));
+  return lanes_min(lanes_max(x, lanes_min(b, c)), lanes_max(b, c));
 }
 
 static Pixel weigh(const float w[4], Pixel a, Pixel b, Pixel c, Pixel d)
