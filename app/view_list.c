@@ -127,8 +127,9 @@ static void unquoted(const char *json, char *out, size_t size)
 {
   size_t n = 0;
   for (json += *json == '"'; n + 1 < size && *json && strcmp(json, "\""); json++) {
-    if (*json == '\\' && json[1]) json++, out[n++] = *json == 'n' || *json == 't' ? ' ' : *json;
-    else out[n++] = *json;
+    const bool is_escaped = *json == '\\' && json[1];
+    json += is_escaped;
+    out[n++] = is_escaped && (*json == 'n' || *json == 't') ? ' ' : *json;
   }
   out[n] = 0;
 }

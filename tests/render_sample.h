@@ -185,4 +185,20 @@ static inline Picture summarize(const Film *f)
   return p;
 }
 
+// Side x side pixels of a world made for it, all samples of which are numbers. The scene stays.
+static inline Picture picture_seen(Scene *s, Eye eye, uint32_t side, uint32_t spp)
+{
+  World *w = world_of(s);
+  Film *f = film_create(side, side, ALL_PLANES, NULL);
+  const RenderJob job = job_of(s, w, eye, f, spp);
+  RenderStats stats;
+  Err err = {0};
+  CHECK_MSG(render_run(&job, NULL, hot_table(cpu_best_isa()), NULL, &stats, &err), "%s", err.text);
+  CHECK_MSG(stats.bad_samples == 0, "%llu samples are not finite", (unsigned long long)stats.bad_samples);
+  const Picture p = summarize(f);
+  film_destroy(f);
+  world_release(w);
+  return p;
+}
+
 #endif

@@ -5,16 +5,7 @@
 
 static Picture picture_of(Scene *s, Eye eye, uint32_t side, uint32_t spp)
 {
-  World *w = world_of(s);
-  Film *f = film_create(side, side, ALL_PLANES, NULL);
-  const RenderJob job = job_of(s, w, eye, f, spp);
-  RenderStats stats;
-  Err err = {0};
-  CHECK_MSG(render_run(&job, NULL, hot_table(cpu_best_isa()), NULL, &stats, &err), "%s", err.text);
-  CHECK_MSG(stats.bad_samples == 0, "%llu samples are not finite", (unsigned long long)stats.bad_samples);
-  const Picture p = summarize(f);
-  film_destroy(f);
-  world_release(w);
+  const Picture p = picture_seen(s, eye, side, spp);
   scene_destroy(s);
   return p;
 }

@@ -1,43 +1,7 @@
 // Proofs against what geometry knows: sums of angles, carried frames and areas agree with curvature, volumes of space forms
 // are those of the books, and a way that is walked in curved space is the geodesic.
 
-#include "tests/test.h"
-
-#include <rayfold/rayfold.h>
-
-#include <unistd.h>
-
-typedef struct Place {
-  rf_engine *engine;
-  rf_scene *scene;
-  rf_world *world;
-} Place;
-
-static Place place_of(const char *json)
-{
-  char path[] = "/tmp/rayfold-prove-XXXXXX.json";
-  const int fd = mkstemps(path, 5);
-  const size_t size = strlen(json);
-  CHECK(fd >= 0 && write(fd, json, size) == (ssize_t)size);
-  close(fd);
-  rf_engine_def def = rf_default_engine_def();
-  def.threads = 1;
-  Place p = {.engine = rf_engine_create(&def)};
-  const char *text = "";
-  p.scene = rf_scene_load(p.engine, path, NULL);
-  p.world = p.scene ? rf_prepare(p.scene, NULL) : NULL;
-  if (!p.world) rf_error(p.engine, &text);
-  CHECK_MSG(p.world, "%s", text);
-  unlink(path);
-  return p;
-}
-
-static void leave(Place *p)
-{
-  rf_world_destroy(p->world);
-  rf_scene_destroy(p->scene);
-  rf_engine_destroy(p->engine);
-}
+#include "tests/place.h"
 
 static Place form_of(const char *cell)
 {

@@ -32,21 +32,6 @@ static Scene *smoke_scene(const char *size, const char *cells, const char *mediu
   return s;
 }
 
-static Picture picture_of(Scene *s, Eye eye, uint32_t side, uint32_t spp)
-{
-  World *w = world_of(s);
-  Film *f = film_create(side, side, ALL_PLANES, NULL);
-  const RenderJob job = job_of(s, w, eye, f, spp);
-  RenderStats stats;
-  Err err = {0};
-  CHECK_MSG(render_run(&job, NULL, hot_table(cpu_best_isa()), NULL, &stats, &err), "%s", err.text);
-  CHECK_MSG(stats.bad_samples == 0, "%llu samples are not finite", (unsigned long long)stats.bad_samples);
-  const Picture p = summarize(f);
-  film_destroy(f);
-  world_release(w);
-  return p;
-}
-
 // At any place the density is 1 in a filled cell, else 0, and never above the bound of the cell that a walk is in.
 TEST(the_density_is_the_cells)
 {
@@ -82,7 +67,7 @@ TEST(what_passes_is_by_the_filled_cells)
                          "{ \"kind\": \"box\", \"corner\": [0, 0, 2], \"size\": [8, 8, 3], \"mode\": \"erase\" } ]",
                          "\"kind\": \"homogeneous\", \"scattering\": 0.1, \"absorption\": 0.2");
   s->render.max_depth = 0;
-  const Picture p = picture_of(s, parallel(0, 4, 50, 0, 4, 0, 2), 16, 64);
+  const Picture p = picture_seen(s, parallel(0, 4, 50, 0, 4, 0, 2), 16, 64);
   for (int k = 0; k < 3; k++) CHECK_NEAR(p.mean[k], exp(-0.3 * 5), 5 * p.error);
   CHECK(p.error < 0.005);
   scene_destroy(s);
@@ -96,7 +81,7 @@ TEST(a_white_furnace)
   s->render.max_depth = 1000;
   for (int march = 0; march < 2; march++) {
     s->render.volumes = march ? VOLUMES_MARCH : VOLUMES_EXACT;
-    const Picture p = picture_of(s, pinhole(20, 30, 40, 0, 12, 0, 30), 12, 16);
+    const Picture p = picture_seen(s, pinhole(20, 30, 40, 0, 12, 0, 30), 12, 16);
     CHECK_NEAR(p.mean[1], 1, 1e-3 + 5 * p.error);
   }
   scene_destroy(s);
@@ -140,7 +125,7 @@ TEST(thick_smoke_has_the_colours_of_its_cells)
                          "\"kind\": \"homogeneous\", \"scattering\": 2");
   s->render.max_depth = 200;
   const float color[3] = {0.8f, 0.3f, 0.05f};
-  const Picture p = picture_of(s, parallel(0, 32, 99, 0, 32, 0, 1), 16, (uint32_t)(TEST_IS_SLOW ? 32 : 128));
+  const Picture p = picture_seen(s, parallel(0, 32, 99, 0, 32, 0, 1), 16, (uint32_t)(TEST_IS_SLOW ? 32 : 128));
   for (int k = 0; k < 3; k++) {
     const double albedo = (double)albedo_of_reflectance(color[k]);
     double h[H_COUNT];
@@ -159,7 +144,7 @@ TEST(shining_cells_glow)
   const double left = exp(-0.8), glow[3] = {4, 2, 0};
   for (int march = 0; march < 2; march++) {
     s->render.volumes = march ? VOLUMES_MARCH : VOLUMES_EXACT;
-    const Picture p = picture_of(s, parallel(0, 4, 50, 0, 4, 0, 2), 16, 64);
+    const Picture p = picture_seen(s, parallel(0, 4, 50, 0, 4, 0, 2), 16, 64);
     for (int k = 0; k < 3; k++) CHECK_NEAR(p.mean[k], left + glow[k] * (1 - left), 6 * p.error + 1e-3);
     CHECK(p.error < 0.02);
   }
@@ -322,7 +307,7 @@ TEST(what_absorbs_glows)
       o->shape = (Shape){.kind = SHAPE_BOX, .box = {{8, 8, 4}}};
       o->common.translate[1] = 4;
     }
-    const Picture p = picture_of(s, parallel(0, 4, 50, 0, 4, 0, 2), 16, 64);
+    const Picture p = picture_seen(s, parallel(0, 4, 50, 0, 4, 0, 2), 16, 64);
     for (int k = 0; k < 3; k++) CHECK_NEAR(p.mean[k], left + (double)color[k] * (1 - left), 6 * p.error + 2e-3);
     scene_destroy(s);
   }
@@ -348,7 +333,7 @@ TEST(heat_comes_from_a_file)
   static BlackBody b;
   black_body_make(&b);
   const Vec3 color = black_body_at(&b, 1.25f * (2600 - 100));
-  const Picture p = picture_of(s, parallel(0, 0, 9, 0, 0, 0, 1e-3f), 16, 64);
+  const Picture p = picture_seen(s, parallel(0, 0, 9, 0, 0, 0, 1e-3f), 16, 64);
   for (int k = 0; k < 3; k++) CHECK_NEAR(p.mean[k], (1 - exp(-1)) * (double)color[k], 6 * p.error + 2e-3);
   scene_destroy(s);
   s = sample_load("{ \"rayfold\": 1, \"media\": { \"m\": { \"kind\": \"grid\", \"file\": \"one.grid\", \"heat\": \"none.grid\" } } }", &err);

@@ -1,43 +1,7 @@
 // Walking and looking through gates, by the public interface: no jump at a gate, the same way in few steps or many, back
 // to the start on the way back, and no one ever lost.
 
-#include "tests/test.h"
-
-#include <rayfold/rayfold.h>
-
-#include <unistd.h>
-
-typedef struct Place {
-  rf_engine *engine;
-  rf_scene *scene;
-  rf_world *world;
-} Place;
-
-static Place place_of(const char *json)
-{
-  char path[] = "/tmp/rayfold-walk-XXXXXX.json";
-  const int fd = mkstemps(path, 5);
-  const size_t size = strlen(json);
-  CHECK(fd >= 0 && write(fd, json, size) == (ssize_t)size);
-  close(fd);
-  rf_engine_def def = rf_default_engine_def();
-  def.threads = 1;
-  Place p = {.engine = rf_engine_create(&def)};
-  const char *text = "";
-  p.scene = rf_scene_load(p.engine, path, NULL);
-  p.world = p.scene ? rf_prepare(p.scene, NULL) : NULL;
-  if (!p.world) rf_error(p.engine, &text);
-  CHECK_MSG(p.world, "%s", text);
-  unlink(path);
-  return p;
-}
-
-static void leave(Place *p)
-{
-  rf_world_destroy(p->world);
-  rf_scene_destroy(p->scene);
-  rf_engine_destroy(p->engine);
-}
+#include "tests/place.h"
 
 static rf_body body_at(float x, float y, float z, int cell)
 {

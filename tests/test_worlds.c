@@ -1,50 +1,18 @@
 // Worlds of cells and gates, flat ones: a gate that changes nothing changes no bit of the picture; a world glued to
 // itself equals its copies laid side by side; what leads nowhere is refused with a sentence.
 
-#include "tests/render_sample.h"
+#include "tests/scene_text.h"
 
 #include "base/text.h"
 
-#include <unistd.h>
-
-// --- scenes from text -----------------------------------------------------------------------------
-static Scene *scene_of(const char *json, Err *err)
-{
-  char path[] = "/tmp/rayfold-worlds-XXXXXX";
-  const int fd = mkstemp(path);
-  const size_t size = strlen(json);
-  CHECK(fd >= 0 && write(fd, json, size) == (ssize_t)size);
-  close(fd);
-  Scene *s = scene_create(NULL);
-  const bool ok = import_json(s, path, NULL, err);
-  unlink(path);
-  if (ok) return s;
-  scene_destroy(s);
-  return NULL;
-}
-
-static Film *picture_of(Scene *s, Integrator integrator, IsaLevel isa)
-{
-  Err err = {0};
-  s->render.integrator = (int32_t)integrator;
-  World *w = world_prepare(s, NULL, NULL, NULL, NULL, &err);
-  Film *f = film_create((uint32_t)s->render.size[0], (uint32_t)s->render.size[1], 1 << FILM_BEAUTY, NULL);
-  RenderJob job = {.world = w, .settings = s->render, .film = f, .end_sample = (uint32_t)s->render.spp, .seed = 1};
-  CHECK_MSG(w && f && eye_from_camera(&s->camera, &job.eye, NULL), "%s", err.text);
-  RenderStats stats = {0};
-  if (w) CHECK(render_run(&job, NULL, hot_table(isa), NULL, &stats, NULL));
-  CHECK(stats.bad_samples == 0);
-  world_release(w);
-  return f;
-}
-
+// --- pictures -------------------------------------------------------------------------------------
 static uint64_t hash_of(const char *json, Integrator integrator, IsaLevel isa)
 {
   Err err = {0};
   Scene *s = scene_of(json, &err);
   CHECK_MSG(s, "%s", err.text);
   if (!s) return 0;
-  Film *f = picture_of(s, integrator, isa);
+  Film *f = film_of(s, integrator, isa);
   const uint64_t hash = film_hash(f);
   film_destroy(f);
   scene_destroy(s);
@@ -107,7 +75,7 @@ static double mean_of(const char *json, double *error)
   Scene *s = scene_of(json, &err);
   CHECK_MSG(s, "%s", err.text);
   if (!s) return 0;
-  Film *f = picture_of(s, INTEGRATOR_PATH, cpu_best_isa());
+  Film *f = film_of(s, INTEGRATOR_PATH, cpu_best_isa());
   const size_t count = (size_t)f->width * f->height;
   float *rgba = mem_alloc(count, 4 * sizeof *rgba);
   CHECK(film_resolve(f, FILM_BEAUTY, rgba));
@@ -233,7 +201,7 @@ TEST(a_torus_equals_its_copies_side_by_side)
 {
   Scene *glued = torus_scene(true), *copies = torus_scene(false);
   if (!glued || !copies) return;
-  Film *a = picture_of(glued, INTEGRATOR_WHITTED, cpu_best_isa()), *b = picture_of(copies, INTEGRATOR_WHITTED, cpu_best_isa());
+  Film *a = film_of(glued, INTEGRATOR_WHITTED, cpu_best_isa()), *b = film_of(copies, INTEGRATOR_WHITTED, cpu_best_isa());
   const size_t count = (size_t)a->width * a->height;
   float *x = mem_alloc(count, 16), *y = mem_alloc(count, 16);
   CHECK(film_resolve(a, FILM_BEAUTY, x) && film_resolve(b, FILM_BEAUTY, y));
@@ -302,7 +270,7 @@ static float *pixels_of(const char *json, Integrator integrator, size_t *count)
   Scene *s = scene_of(json, &err);
   CHECK_MSG(s, "%s", err.text);
   if (!s) return NULL;
-  Film *f = picture_of(s, integrator, cpu_best_isa());
+  Film *f = film_of(s, integrator, cpu_best_isa());
   *count = (size_t)f->width * f->height;
   float *rgba = mem_alloc(*count, 4 * sizeof *rgba);
   CHECK(film_resolve(f, FILM_BEAUTY, rgba));
